@@ -1,0 +1,1 @@
+//! Cache hierarchy simulation over address streams: exact, deterministic, fast.

@@ -1,0 +1,1 @@
+//! Replays ray traces through a described mobile GPU: layouts, warps, caches, ALU, time.

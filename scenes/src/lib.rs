@@ -1,0 +1,1 @@
+//! Scenes for ray-tracing cost models: meshes, cameras, lights, loading, seeded generators.

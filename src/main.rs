@@ -1,0 +1,2 @@
+//! The `raybudget` command line.
+fn main() {}

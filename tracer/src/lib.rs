@@ -1,0 +1,1 @@
+//! Acceleration structures and instrumented traversals that record what each ray visits.
