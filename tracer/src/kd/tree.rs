@@ -1,0 +1,81 @@
+//! The kd-tree as data.
+
+use crate::aabb::Aabb;
+use crate::triangle::PreparedTriangle;
+
+/// One node in 8 bytes: `bits` is the split position (f32) or the first reference; `meta` holds the axis (0, 1, 2; 3 for a
+/// leaf) in its two low bits, and above them the left child's index or the leaf's reference count.
+///
+/// Siblings are neighbours: the right child is the left one plus 1. Node 0 is the root.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct KdNode {
+    bits: u32,
+    meta: u32,
+}
+
+const _: () = assert!(size_of::<KdNode>() == 8);
+
+/// A node, unpacked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KdNodeKind {
+    /// Splits its cell at `split` on `axis`; children `left` (below) and `left + 1` (above).
+    Inner {
+        /// 0 = x, 1 = y, 2 = z.
+        axis: usize,
+        /// Plane position.
+        split: f32,
+        /// Index of the lower child.
+        left: u32,
+    },
+    /// Holds `count` references from `first`; may be empty.
+    Leaf {
+        /// First position in the reference list.
+        first: u32,
+        /// Number of references.
+        count: u32,
+    },
+}
+
+impl KdNode {
+    /// Largest child index or count that fits in a node.
+    pub const MAX_PAYLOAD: u32 = u32::MAX >> 2;
+
+    /// An inner node.
+    pub fn inner(axis: usize, split: f32, left: u32) -> Self {
+        debug_assert!(axis < 3 && left <= Self::MAX_PAYLOAD);
+        Self { bits: split.to_bits(), meta: left << 2 | axis as u32 }
+    }
+
+    /// A leaf.
+    pub fn leaf(first: u32, count: u32) -> Self {
+        debug_assert!(count <= Self::MAX_PAYLOAD);
+        Self { bits: first, meta: count << 2 | 3 }
+    }
+
+    /// What the node is.
+    #[inline(always)]
+    pub fn kind(self) -> KdNodeKind {
+        let payload = self.meta >> 2;
+        match self.meta & 3 {
+            3 => KdNodeKind::Leaf { first: self.bits, count: payload },
+            axis => KdNodeKind::Inner { axis: axis as usize, split: f32::from_bits(self.bits), left: payload },
+        }
+    }
+}
+
+/// A kd-tree over triangles: the cells partition `bounds`; a triangle is referenced by every leaf that its box (or, with perfect
+/// splits, the triangle itself) overlaps.
+#[derive(Clone, Debug)]
+pub struct KdTree {
+    /// Nodes; siblings adjacent, root first.
+    pub nodes: Vec<KdNode>,
+    /// Triangle indices (file order) of all leaves, one after the other.
+    pub references: Vec<u32>,
+    /// Box of the whole scene; [`Aabb::EMPTY`] without triangles.
+    pub bounds: Aabb,
+    /// Longest path from the root, in edges.
+    pub depth: u32,
+    /// Triangles in file order, prepared for the test.
+    pub(crate) triangles: Vec<PreparedTriangle>,
+}

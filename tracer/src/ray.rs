@@ -1,0 +1,64 @@
+//! Rays and hits, in f32 as a GPU has them.
+
+use glam::Vec3;
+
+/// A ray segment `origin + t * direction`, `t` in `[t_min, t_max]`.
+///
+/// The direction need not have unit length; `t` is in units of its length. Any field may be NaN or infinite:
+/// a traversal then ends within its loop bound and reports whatever the comparisons of IEEE 754 give.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Ray {
+    /// Start of the ray, world space.
+    pub origin: Vec3,
+    /// Smallest accepted parameter.
+    pub t_min: f32,
+    /// Direction, any non-zero length.
+    pub direction: Vec3,
+    /// Largest accepted parameter.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// A ray over `[0, f32::INFINITY]`.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
+    }
+}
+
+/// What a query asks of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Query {
+    /// The nearest hit in `[t_min, t_max]`.
+    Closest,
+    /// Whether there is any hit in `[t_min, t_max]`: the first one found ends the traversal.
+    Any,
+}
+
+/// The primitive id of a miss.
+pub const NO_HIT: u32 = u32::MAX;
+
+/// The answer of a query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter of the hit; the ray's `t_max` on a miss.
+    pub t: f32,
+    /// Barycentric weight of the second vertex.
+    pub u: f32,
+    /// Barycentric weight of the third vertex.
+    pub v: f32,
+    /// Triangle index in file order, or [`NO_HIT`].
+    pub primitive: u32,
+}
+
+impl Hit {
+    /// No hit up to `t_max`.
+    pub fn miss(t_max: f32) -> Self {
+        Self { t: t_max, u: 0.0, v: 0.0, primitive: NO_HIT }
+    }
+
+    /// Whether a triangle was hit.
+    pub fn is_hit(&self) -> bool {
+        self.primitive != NO_HIT
+    }
+}
