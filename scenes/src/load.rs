@@ -1,0 +1,284 @@
+//! From a name or a path to a scene.
+
+use crate::{
+    Camera, Error, Light, Material, Note, RaySelection, Scene, builtin, camera, gltf, mtl, obj, scene_file,
+};
+use crate::{Instance, Mesh, known_cameras};
+use glam::Vec3;
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Component, Path, PathBuf};
+
+/// Most bytes read from one file, and most bytes one `.zst` may expand to.
+pub const MAX_FILE_BYTES: u64 = 2 << 30;
+
+/// Loads a scene by built-in name or by path: `.obj`, `.obj.zst`, `.gltf`, `.glb`, or a scene file `.toml`.
+///
+/// A built-in name wins over a file of that name; write `./cornell` for the file.
+pub fn load(spec: &str) -> Result<Scene, Error> {
+    if let Some(scene) = builtin(spec) {
+        return Ok(scene);
+    }
+    let path = Path::new(spec);
+    match Format::of(path)? {
+        Format::SceneFile => scene_file::load(path),
+        format => load_geometry(path, format)?.into_scene(&stem(path), None, None, None),
+    }
+}
+
+/// Geometry and materials of a file, before a camera and lights are chosen.
+pub(crate) struct Geometry {
+    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) instances: Vec<Instance>,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) camera: Option<Camera>,
+    pub(crate) notes: Vec<Note>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Format {
+    Obj,
+    ObjZst,
+    Gltf,
+    SceneFile,
+}
+
+impl Format {
+    /// The format by extension, once the path is known to be a file.
+    pub(crate) fn of(path: &Path) -> Result<Format, Error> {
+        let place = path.display().to_string();
+        match path.metadata() {
+            Ok(m) if m.is_dir() => {
+                return Err(Error::new(place, "this is a folder", "name a file inside it"));
+            }
+            Ok(_) => {}
+            Err(e) => {
+                let names: Vec<&str> = crate::BUILTINS.iter().map(|b| b.name).collect();
+                let remedy = format!("give a file, or one of the built-in scenes: {}", names.join(", "));
+                return Err(Error::new(place, format!("cannot open it: {e}"), remedy));
+            }
+        }
+        let lower = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        [
+            (".obj", Format::Obj),
+            (".obj.zst", Format::ObjZst),
+            (".gltf", Format::Gltf),
+            (".glb", Format::Gltf),
+            (".toml", Format::SceneFile),
+        ]
+        .into_iter()
+        .find_map(|(extension, format)| lower.ends_with(extension).then_some(format))
+        .ok_or_else(|| {
+            Error::new(place, "not a known kind of scene", "expected .obj, .obj.zst, .gltf, .glb or .toml")
+        })
+    }
+}
+
+/// The file name without `.obj.zst` or its one extension.
+pub(crate) fn stem(path: &Path) -> String {
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = name.strip_suffix(".zst").unwrap_or(&name);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned()
+}
+
+pub(crate) fn load_geometry(path: &Path, format: Format) -> Result<Geometry, Error> {
+    let place = path.display().to_string();
+    match format {
+        Format::Obj => {
+            let file = BufReader::with_capacity(1 << 18, Capped::new(open(path)?));
+            with_materials(obj::read(file, &place)?, path)
+        }
+        Format::ObjZst => {
+            let decoder = zstd::Decoder::new(open(path)?).map_err(|e| {
+                Error::new(&place, format!("cannot decompress: {e}"), "give a zstd-compressed OBJ")
+            })?;
+            let file = BufReader::with_capacity(1 << 18, Capped::new(decoder));
+            with_materials(obj::read(file, &place)?, path)
+        }
+        Format::Gltf => gltf::load(path),
+        Format::SceneFile => {
+            Err(Error::new(place, "a scene file as the geometry of a scene file", "name an OBJ or glTF file"))
+        }
+    }
+}
+
+pub(crate) fn open(path: &Path) -> Result<File, Error> {
+    File::open(path).map_err(|e| {
+        Error::new(
+            path.display().to_string(),
+            format!("cannot open it: {e}"),
+            "check its name and permissions",
+        )
+    })
+}
+
+/// The whole of a file of at most `limit` bytes.
+pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let place = path.display().to_string();
+    let mut bytes = Vec::new();
+    open(path)?.take(limit + 1).read_to_end(&mut bytes).map_err(|e| {
+        Error::new(&place, format!("reading stopped: {e}"), "check that it is a file and whole")
+    })?;
+    if bytes.len() as u64 > limit {
+        return Err(Error::new(place, format!("more than {limit} bytes"), "give a smaller file"));
+    }
+    Ok(bytes)
+}
+
+/// A reader that fails, rather than ends, after [`MAX_FILE_BYTES`].
+struct Capped<R> {
+    inner: R,
+    left: u64,
+}
+
+impl<R> Capped<R> {
+    fn new(inner: R) -> Self {
+        Capped { inner, left: MAX_FILE_BYTES }
+    }
+}
+
+impl<R: Read> Read for Capped<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.inner.read(buffer)?;
+        self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
+            std::io::Error::other(format!(
+                "more than {MAX_FILE_BYTES} bytes of text, the most this loader takes"
+            ))
+        })?;
+        Ok(read)
+    }
+}
+
+/// Where a file named inside another file is looked for: relative to it and inside its folder only.
+pub(crate) fn beside(path: &Path, named: &str) -> Option<PathBuf> {
+    let relative = PathBuf::from(named.replace('\\', "/"));
+    let inside = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+    (inside && !named.is_empty()).then(|| path.parent().unwrap_or(Path::new("")).join(relative))
+}
+
+fn with_materials(file: obj::ObjFile, path: &Path) -> Result<Geometry, Error> {
+    let obj::ObjFile { mesh, material_names, libraries, mut notes } = file;
+    let mut defined: HashMap<String, Material> = HashMap::new();
+    for library in &libraries {
+        let read = match beside(path, library) {
+            Some(file) => read_file(&file, mtl::MAX_BYTES).map_err(|e| e.problem().to_owned()),
+            None => Err("it lies outside the folder of the OBJ".to_owned()),
+        };
+        match read {
+            Ok(bytes) => defined.extend(mtl::parse(&bytes).into_iter().map(|m| (m.name.clone(), m))),
+            Err(why) => {
+                notes.push(Note::Missing(format!("The material library {library} was not read: {why}.")))
+            }
+        }
+    }
+    let mut undefined = 0;
+    let materials: Vec<Material> = material_names
+        .iter()
+        .map(|name| match name {
+            None => Material::assumed("unnamed"),
+            Some(name) => defined.get(name).cloned().unwrap_or_else(|| {
+                undefined += 1;
+                Material::assumed(name)
+            }),
+        })
+        .collect();
+    let named = material_names.iter().flatten().count();
+    if undefined > 0 {
+        notes.push(Note::Missing(format!(
+            "{undefined} of the {named} materials that the file names are not defined; they count as matte grey."
+        )));
+    } else if named == 0 {
+        notes.push(Note::Missing("The file names no materials; all triangles count as matte grey.".into()));
+    }
+    Ok(Geometry {
+        meshes: vec![mesh],
+        instances: vec![Instance::identity(0)],
+        materials,
+        camera: None,
+        notes,
+    })
+}
+
+impl Geometry {
+    /// Completes the scene with the given camera, lights and rays, or with ones that are found or assumed.
+    pub(crate) fn into_scene(
+        self,
+        name: &str,
+        camera: Option<Camera>,
+        lights: Option<Vec<Light>>,
+        rays: Option<RaySelection>,
+    ) -> Result<Scene, Error> {
+        let mut scene = Scene {
+            name: name.to_owned(),
+            meshes: self.meshes,
+            instances: self.instances,
+            materials: self.materials,
+            camera: Camera { eye: Vec3::Z, target: Vec3::ZERO, up: Vec3::Y, vertical_fov_degrees: 45.0 },
+            lights: Vec::new(),
+            rays: rays.unwrap_or_default(),
+            notes: self.notes,
+        };
+        note_degenerate(&mut scene);
+        let bounds = scene.bounds();
+        let known = known_cameras::find(name);
+        scene.camera = match (camera, self.camera, known.and_then(|k| k.camera())) {
+            (Some(camera), ..) => camera,
+            (None, Some(camera), _) => {
+                scene.notes.push(Note::Found("The camera is the first one in the file.".into()));
+                camera
+            }
+            (None, None, Some(camera)) => {
+                let text = format!("The file has no camera; the published one for {name} is used.");
+                scene.notes.push(Note::Assumed(text));
+                camera
+            }
+            (None, None, None) => {
+                let text = "The file has no camera; one was placed so that it sees the whole scene.";
+                scene.notes.push(Note::Assumed(text.into()));
+                Camera::frame(bounds, known.and_then(|k| k.up).unwrap_or(Vec3::Y))
+            }
+        };
+        scene.camera.validate(name)?;
+        scene.lights = match (lights, known.and_then(|k| k.light)) {
+            (Some(lights), _) => lights,
+            (None, Some(position)) => {
+                let text = format!("The file has no light; the usual point light for {name} is used.");
+                scene.notes.push(Note::Assumed(text));
+                vec![Light::Point { position }]
+            }
+            (None, None) => {
+                let text = "The file has no light; a point light was placed above and behind the camera.";
+                scene.notes.push(Note::Assumed(text.into()));
+                vec![default_light(&scene.camera, bounds)]
+            }
+        };
+        Ok(scene)
+    }
+}
+
+/// Above and behind the camera, a bounding radius away along its up vector.
+fn default_light(camera: &Camera, bounds: crate::Aabb) -> Light {
+    let (_, radius) = camera::bounding_sphere(bounds);
+    let up = camera.up.as_dvec3() / f64::from(camera.up.abs().max_element());
+    let up = up / up.dot(up).sqrt();
+    let back = camera.eye.as_dvec3() - camera.target.as_dvec3();
+    let back = back / back.abs().max_element();
+    let back = back / back.dot(back).sqrt();
+    let limit = glam::DVec3::splat(f64::from(f32::MAX));
+    let position = camera.eye.as_dvec3() + (up + back * 0.25) * radius;
+    Light::Point { position: position.clamp(-limit, limit).as_vec3() }
+}
+
+fn note_degenerate(scene: &mut Scene) {
+    let (mut degenerate, mut all) = (0, 0);
+    for triangle in scene.triangles() {
+        degenerate += usize::from(triangle.is_degenerate());
+        all += 1;
+    }
+    if degenerate > 0 {
+        let text =
+            format!("{degenerate} of {all} triangles have no area; they are kept, so that ids do not shift.");
+        scene.notes.push(Note::Found(text));
+    }
+}
