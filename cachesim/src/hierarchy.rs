@@ -1,0 +1,258 @@
+//! Caches one behind the other, and the paths that accesses take through them.
+
+use crate::address::{Access, LineId, LineSize};
+use crate::config::{Levels, WriteMiss, WritePolicy};
+use crate::counts::{LevelCounts, MemoryCounts, Served};
+use crate::engine::Engine;
+use crate::error::{Error, Place};
+use crate::level::{Below, Rescale, WriteRule};
+
+/// One of the paths that a [`Hierarchy`] was built with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PathId(pub(crate) u16);
+
+/// A way through the hierarchy: from `entry` along each level's level below.
+#[derive(Clone, Debug)]
+struct Path {
+    levels: Vec<usize>,
+    granule: LineSize,
+}
+
+/// A set of caches in front of one memory, simulated exactly and in order.
+///
+/// A **path** is the list of levels that one kind of access goes through; what misses in the last goes to
+/// memory. Every level has one level below it, the same on every path, where its write-backs go too. A
+/// **unit** is a requester; a level with several copies shares them out evenly over neighbouring units.
+/// Copies are not kept coherent, and no level invalidates lines of another (neither inclusive nor
+/// exclusive).
+///
+/// A miss first reads its line from below and then writes back the line it evicts.
+#[derive(Clone, Debug)]
+pub struct Hierarchy {
+    levels: Levels,
+    paths: Vec<Path>,
+    below: Vec<Option<Below>>,
+    width: Width,
+}
+
+/// Narrow until a line number does not fit.
+#[derive(Clone, Debug)]
+enum Width {
+    Narrow(Engine<u32>),
+    Wide(Engine<u64>),
+}
+
+impl Hierarchy {
+    /// One path through all levels, in order.
+    ///
+    /// # Errors
+    /// If two neighbouring levels do not fit together.
+    pub fn chain(levels: &Levels) -> Result<(Self, PathId), Error> {
+        let all: Vec<usize> = (0..levels.as_slice().len()).collect();
+        let (hierarchy, paths) = Self::with_paths(levels, &[&all])?;
+        Ok((hierarchy, paths[0]))
+    }
+
+    /// Several paths, each a list of indices into `levels`; the ids come back in the same order.
+    ///
+    /// # Errors
+    /// If a path is empty, names a level that does not exist, goes towards the requester, or gives a
+    /// level another level below than a path before it; and if a level has more copies than, or does not
+    /// serve whole copies of, the one above it.
+    pub fn with_paths(levels: &Levels, paths: &[&[usize]]) -> Result<(Self, Vec<PathId>), Error> {
+        let configs = levels.as_slice();
+        let mut below: Vec<Option<Option<usize>>> = vec![None; configs.len()];
+        for path in paths {
+            check_path(levels, path, &mut below)?;
+        }
+        let below: Vec<Option<Below>> = below
+            .iter()
+            .zip(configs)
+            .map(|(below, above)| {
+                let level = (*below)??;
+                let whole = above.write == WritePolicy::Back
+                    && above.write_miss != WriteMiss::Around
+                    && above.granule() >= configs[level].granule();
+                Some(Below {
+                    level,
+                    rescale: Rescale::between(above, &configs[level]),
+                    rule: WriteRule::new(&configs[level], whole),
+                })
+            })
+            .collect();
+        let paths: Vec<Path> = paths
+            .iter()
+            .map(|path| Path { levels: path.to_vec(), granule: configs[path[0]].granule() })
+            .collect();
+        let ids = (0..paths.len() as u16).map(PathId).collect();
+        let width = Width::Narrow(Engine::new(levels, &below));
+        Ok((Self { levels: levels.clone(), paths, below, width }, ids))
+    }
+
+    /// Reads the lines in order, on behalf of one unit. Lines are counted in [`Self::granule`]s of the path.
+    ///
+    /// # Panics
+    /// If `unit` is not below [`Self::units`], or `path` is of another hierarchy with more paths.
+    #[inline]
+    pub fn read(&mut self, path: PathId, unit: u32, lines: &[LineId]) -> Served {
+        self.run(path, unit, lines, |line| (line.get(), false))
+    }
+
+    /// Writes the lines in order; otherwise as [`Self::read`].
+    ///
+    /// # Panics
+    /// As [`Self::read`].
+    #[inline]
+    pub fn write(&mut self, path: PathId, unit: u32, lines: &[LineId]) -> Served {
+        self.run(path, unit, lines, |line| (line.get(), true))
+    }
+
+    /// Reads and writes in order; otherwise as [`Self::read`].
+    ///
+    /// # Panics
+    /// As [`Self::read`].
+    #[inline]
+    pub fn access(&mut self, path: PathId, unit: u32, accesses: &[Access]) -> Served {
+        self.run(path, unit, accesses, |access| (access.line().get(), access.is_write()))
+    }
+
+    #[inline]
+    fn run<T: Copy>(
+        &mut self,
+        path: PathId,
+        unit: u32,
+        items: &[T],
+        split: impl Fn(T) -> (u64, bool) + Copy,
+    ) -> Served {
+        let entry = self.paths[usize::from(path.0)].levels[0];
+        let mut rest = items;
+        let mut served = Served::default();
+        if let Width::Narrow(engine) = &mut self.width {
+            rest = engine.run(entry, unit, items, split, &mut served);
+            if rest.is_empty() {
+                return served;
+            }
+        }
+        self.widen().run(entry, unit, rest, split, &mut served);
+        served
+    }
+
+    fn widen(&mut self) -> &mut Engine<u64> {
+        if let Width::Narrow(engine) = &mut self.width {
+            self.width = Width::Wide(std::mem::take(engine).widened());
+        }
+        match &mut self.width {
+            Width::Wide(engine) => engine,
+            Width::Narrow(_) => unreachable!("widened above"),
+        }
+    }
+
+    /// Writes all dirty lines back, level by level down to memory, as at the end of a frame. Lines stay,
+    /// clean. The positions in the answer are level indices.
+    pub fn flush(&mut self) -> Served {
+        match &mut self.width {
+            Width::Narrow(engine) => engine.flush(),
+            Width::Wide(engine) => engine.flush(),
+        }
+    }
+
+    /// Back to empty caches and zero counts.
+    pub fn reset(&mut self) {
+        self.width = Width::Narrow(Engine::new(&self.levels, &self.below));
+    }
+
+    /// The levels, as given.
+    #[must_use]
+    pub fn levels(&self) -> &Levels {
+        &self.levels
+    }
+
+    /// The number of requesters.
+    #[must_use]
+    pub fn units(&self) -> u32 {
+        self.levels.units()
+    }
+
+    /// The size of what a line number means on this path: the sector of its first level, or else the line.
+    #[must_use]
+    pub fn granule(&self, path: PathId) -> LineSize {
+        self.paths[usize::from(path.0)].granule
+    }
+
+    /// The level indices along a path.
+    #[must_use]
+    pub fn path(&self, path: PathId) -> &[usize] {
+        &self.paths[usize::from(path.0)].levels
+    }
+
+    /// Totals of a level since the start or the last reset.
+    #[must_use]
+    pub fn counts(&self, level: usize) -> LevelCounts {
+        match &self.width {
+            Width::Narrow(engine) => engine.counts(level),
+            Width::Wide(engine) => engine.counts(level),
+        }
+    }
+
+    /// Totals of memory since the start or the last reset.
+    #[must_use]
+    pub fn memory(&self) -> MemoryCounts {
+        match &self.width {
+            Width::Narrow(engine) => engine.memory(),
+            Width::Wide(engine) => engine.memory(),
+        }
+    }
+}
+
+/// Records each level's level below in `below` and refuses a path that does not fit.
+fn check_path(levels: &Levels, path: &[usize], below: &mut [Option<Option<usize>>]) -> Result<(), Error> {
+    let configs = levels.as_slice();
+    let at = |level: usize| Place {
+        level: Some((level + 1, configs.get(level).map(|config| config.name.clone()))),
+        ..Place::default()
+    };
+    if path.is_empty() {
+        return Err(Error::levels(Place::default(), "a path has no levels", "name at least one level"));
+    }
+    for (position, &level) in path.iter().enumerate() {
+        if level >= configs.len() {
+            return Err(Error::levels(
+                at(level),
+                format!("a path names level {level}, expected less than {}", configs.len()),
+                "name levels that exist",
+            ));
+        }
+        let next = path.get(position + 1).copied();
+        if let Some(next) = next.filter(|&next| next < configs.len()) {
+            if next <= level {
+                return Err(Error::levels(
+                    at(level),
+                    format!(
+                        "a path goes on to \"{}\", which is not further from the requester",
+                        configs[next].name
+                    ),
+                    "list levels from the requester to memory, in the paths as in the description",
+                ));
+            }
+            if configs[level].count % configs[next].count != 0 {
+                return Err(Error::levels(
+                    at(next),
+                    format!(
+                        "{} copies cannot serve the {} copies of \"{}\" evenly",
+                        configs[next].count, configs[level].count, configs[level].name
+                    ),
+                    "make count a divisor of the count of every level above it",
+                ));
+            }
+        }
+        if below[level].is_some_and(|known| known != next) {
+            return Err(Error::levels(
+                at(level),
+                "two paths leave this level for different ones, expected one level below it".to_owned(),
+                "let all paths that share a level share the rest of the way",
+            ));
+        }
+        below[level] = Some(next);
+    }
+    Ok(())
+}

@@ -1,0 +1,4 @@
+//! Replacement policies, one per file.
+
+pub(crate) mod fifo;
+pub(crate) mod lru;
