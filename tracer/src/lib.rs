@@ -3,12 +3,28 @@
 //! This crate knows no address, cache or clock: a trace says *what* was visited, never where it lay in memory.
 
 mod aabb;
+mod accel;
+pub mod bvh;
+mod error;
 pub mod kd;
 mod observe;
 mod ray;
+mod topology;
+mod trace;
+mod tracing;
 mod triangle;
+mod view;
 
 pub use aabb::{Aabb, FAR_WIDENING, SlabRay};
+pub use accel::{Accel, AccelerationStructure, BuildOptions, StackUse, Traversal};
+pub use error::Error;
 pub use observe::{LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCounter};
 pub use ray::{Hit, NO_HIT, Query, Ray};
+pub use topology::{Topology, TopologyNode};
+pub use trace::{
+    Frame, MAX_TILE_STEPS, RayKind, RaySet, Recorder, Step, TILE_EDGE, TILE_RAYS, Tile, TileRect, TileSource,
+    TraceHeader,
+};
+pub use tracing::{FrameTracer, Rays, SceneIdentity};
 pub use triangle::PreparedTriangle;
+pub use view::{View, shadow_ray};

@@ -1,5 +1,7 @@
 //! Observation of a traversal: a generic parameter, silent by default, which can never change a hit.
 
+use serde::{Deserialize, Serialize};
+
 /// What one step of a traversal's loop body did. The counting rules of the whole project:
 ///
 /// * A **node fetch** is a read of a node record from its buffer ("a node is traversed when it is fetched", Sousa et al.
@@ -181,7 +183,8 @@ impl std::ops::AddAssign for Work {
 }
 
 /// How many node records one [`Op::Node`] step reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum NodeFetch {
     /// The record `id`.
     Single,
@@ -190,7 +193,8 @@ pub enum NodeFetch {
 }
 
 /// How a traversal's shader loops, which decides which lanes of a warp wait for which (Aila & Laine 2009).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum LoopStructure {
     /// Search steps until every lane has a leaf or is done, then primitives until every lane is done with its leaf.
     WhileWhile,

@@ -36,7 +36,8 @@ impl PreparedTriangle {
         let v = ray.direction.dot(q) * inv_det;
         let t = self.e2.dot(q) * inv_det;
         // `&` instead of `&&`: one well-predicted branch in place of five.
-        let inside = (det != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= ray.t_min) & (t <= t_max);
+        let inside =
+            (det != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= ray.t_min) & (t <= t_max);
         inside.then_some((t, u, v))
     }
 }

@@ -59,7 +59,9 @@ impl KdNode {
         let payload = self.meta >> 2;
         match self.meta & 3 {
             3 => KdNodeKind::Leaf { first: self.bits, count: payload },
-            axis => KdNodeKind::Inner { axis: axis as usize, split: f32::from_bits(self.bits), left: payload },
+            axis => {
+                KdNodeKind::Inner { axis: axis as usize, split: f32::from_bits(self.bits), left: payload }
+            }
         }
     }
 }

@@ -1,0 +1,298 @@
+//! The closed set of structures and traversals: the one place where names become types.
+
+use crate::bvh::restart_trail::{MAX_SHORT_STACK, TrailBits};
+use crate::bvh::{self, Bvh, BvhOptions};
+use crate::error::Error;
+use crate::kd::{self, KdCells, KdOptions, KdTree};
+use crate::observe::{LoopStructure, NodeFetch, Observer};
+use crate::ray::{Hit, Query, Ray};
+use crate::topology::Topology;
+use scenes::Triangle;
+use serde::{Deserialize, Serialize};
+
+/// Kind of acceleration structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Accel {
+    /// Bounding volume hierarchy.
+    Bvh,
+    /// kd-tree.
+    Kd,
+}
+
+impl Accel {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Accel::Bvh => "bvh",
+            Accel::Kd => "kd",
+        }
+    }
+}
+
+/// A traversal, and with it the structure that it walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Traversal {
+    /// BVH, full stack, nearer child first.
+    BvhStack,
+    /// BVH, parent links, no stack.
+    BvhParentLink,
+    /// BVH, restart trail with a short stack of 0 to [`MAX_SHORT_STACK`] entries.
+    BvhRestartTrail {
+        /// Width of the trail.
+        bits: TrailBits,
+        /// Entries of the short stack.
+        short_stack: u32,
+    },
+    /// kd-tree, full stack.
+    KdStack,
+    /// kd-tree, restart at the root after each leaf.
+    KdRestart,
+    /// kd-tree, restart at the lowest node that holds the rest of the ray, with a short stack.
+    KdPushDown {
+        /// Entries of the short stack; 0 as in Sousa et al. 2019.
+        short_stack: u32,
+    },
+    /// kd-tree, climb by parent links.
+    KdBacktrack,
+}
+
+/// Where a traversal keeps the nodes that it has still to visit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StackUse {
+    /// Nowhere.
+    None,
+    /// A full stack, too large for registers: in memory private to the lane.
+    Memory,
+    /// A short stack in registers.
+    Registers,
+}
+
+impl Traversal {
+    /// One of each, in its plainest form.
+    pub const ALL: [Traversal; 7] = [
+        Traversal::BvhStack,
+        Traversal::BvhParentLink,
+        Traversal::BvhRestartTrail { bits: TrailBits::Bits64, short_stack: 0 },
+        Traversal::KdStack,
+        Traversal::KdRestart,
+        Traversal::KdPushDown { short_stack: 0 },
+        Traversal::KdBacktrack,
+    ];
+
+    /// The structure that it walks.
+    pub fn accel(self) -> Accel {
+        match self {
+            Traversal::BvhStack | Traversal::BvhParentLink | Traversal::BvhRestartTrail { .. } => Accel::Bvh,
+            Traversal::KdStack
+            | Traversal::KdRestart
+            | Traversal::KdPushDown { .. }
+            | Traversal::KdBacktrack => Accel::Kd,
+        }
+    }
+
+    /// Its name on the command line, without the structure's.
+    pub fn name(self) -> &'static str {
+        match self {
+            Traversal::BvhStack | Traversal::KdStack => "stack",
+            Traversal::BvhParentLink => "parent-link",
+            Traversal::BvhRestartTrail { .. } => "restart-trail",
+            Traversal::KdRestart => "restart",
+            Traversal::KdPushDown { .. } => "push-down",
+            Traversal::KdBacktrack => "backtrack",
+        }
+    }
+
+    /// The traversal of that name over that structure, in its plainest form.
+    ///
+    /// # Errors
+    /// Names the traversals that the structure has.
+    pub fn named(accel: Accel, name: &str) -> Result<Self, Error> {
+        let of_accel = || Self::ALL.into_iter().filter(|traversal| traversal.accel() == accel);
+        of_accel().find(|traversal| traversal.name() == name).ok_or_else(|| {
+            let names: Vec<_> = of_accel().map(Self::name).collect();
+            let accel = accel.name();
+            Error::Options(format!(
+                "--accel {accel} has no traversal '{name}'; use one of: {}",
+                names.join(", ")
+            ))
+        })
+    }
+
+    /// How many records a node step reads.
+    pub fn node_fetch(self) -> NodeFetch {
+        match self {
+            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => NodeFetch::Pair,
+            _ => NodeFetch::Single,
+        }
+    }
+
+    /// How its shader loops.
+    pub fn loop_structure(self) -> LoopStructure {
+        match self {
+            Traversal::BvhParentLink => LoopStructure::SingleLoop,
+            _ => LoopStructure::WhileWhile,
+        }
+    }
+
+    /// Entries of its short stack; 0 without one.
+    pub fn short_stack(self) -> u32 {
+        match self {
+            Traversal::BvhRestartTrail { short_stack, .. } | Traversal::KdPushDown { short_stack } => {
+                short_stack
+            }
+            _ => 0,
+        }
+    }
+
+    /// Where its stack is.
+    pub fn stack_use(self) -> StackUse {
+        match self {
+            Traversal::BvhStack | Traversal::KdStack => StackUse::Memory,
+            _ if self.short_stack() > 0 => StackUse::Registers,
+            _ => StackUse::None,
+        }
+    }
+}
+
+/// How to build a structure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuildOptions {
+    /// Cost of visiting an inner node, Ct; finite, at least 0.
+    pub traversal_cost: f64,
+    /// Cost of testing a triangle, Ci; finite, greater than 0.
+    pub intersection_cost: f64,
+    /// Options that only kd-trees have; its costs are replaced by the ones above.
+    pub kd: KdOptions,
+}
+
+impl Default for BuildOptions {
+    /// Sousa et al. 2019: Ct = 3, Ci = 1.5, no triangle clipping, no empty-space bonus.
+    fn default() -> Self {
+        let BvhOptions { traversal_cost, intersection_cost, .. } = BvhOptions::MOBILE;
+        Self { traversal_cost, intersection_cost, kd: KdOptions::MOBILE }
+    }
+}
+
+enum Tree {
+    Bvh(Bvh),
+    LinkedBvh(Bvh, bvh::parent_link::ParentLinks),
+    Kd(KdTree),
+    KdWithCells(KdTree, KdCells),
+}
+
+/// A structure together with the traversal that it was built for.
+pub struct AccelerationStructure {
+    tree: Tree,
+    traversal: Traversal,
+}
+
+impl AccelerationStructure {
+    /// Builds the structure that `traversal` walks.
+    ///
+    /// # Errors
+    /// Costs out of range, a short stack beyond its limit, more than 2^27 triangles.
+    pub fn build(
+        triangles: &[Triangle],
+        traversal: Traversal,
+        options: &BuildOptions,
+    ) -> Result<Self, Error> {
+        let BuildOptions { traversal_cost, intersection_cost, mut kd } = *options;
+        let costs_are_valid = traversal_cost.is_finite()
+            && traversal_cost >= 0.0
+            && intersection_cost.is_finite()
+            && intersection_cost > 0.0;
+        if !costs_are_valid {
+            return Err(Error::Options(format!(
+                "SAH costs Ct = {traversal_cost}, Ci = {intersection_cost}: expected finite numbers, Ct at least 0 and Ci above \
+                 0; the default is --ct 3 --ci 1.5"
+            )));
+        }
+        if triangles.len() > bvh::MAX_TRIANGLES {
+            return Err(Error::Options(format!(
+                "{} triangles: a structure holds at most {}; split the scene",
+                triangles.len(),
+                bvh::MAX_TRIANGLES
+            )));
+        }
+        let short_stack = traversal.short_stack();
+        if short_stack > MAX_SHORT_STACK {
+            return Err(Error::Options(format!(
+                "a short stack of {short_stack} entries: at most {MAX_SHORT_STACK} fit; use --traversal stack for a full one"
+            )));
+        }
+        kd.traversal_cost = traversal_cost;
+        kd.intersection_cost = intersection_cost;
+        let max_depth = match traversal {
+            Traversal::BvhRestartTrail { bits, .. } => bits.max_depth(),
+            _ => BvhOptions::MAX_DEPTH,
+        };
+        let bvh = || Bvh::build(triangles, &BvhOptions { traversal_cost, intersection_cost, max_depth });
+        let tree = match traversal {
+            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => Tree::Bvh(bvh()),
+            Traversal::BvhParentLink => {
+                let bvh = bvh();
+                let links = bvh::parent_link::ParentLinks::new(&bvh);
+                Tree::LinkedBvh(bvh, links)
+            }
+            Traversal::KdStack | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
+                Tree::Kd(KdTree::build(triangles, &kd)?)
+            }
+            Traversal::KdBacktrack => {
+                // A point on the ray cannot leave a cell of zero thickness: flat cells are not for this traversal.
+                kd.flat_cells = kd::FlatCells::Forbidden;
+                let tree = KdTree::build(triangles, &kd)?;
+                let cells = KdCells::new(&tree);
+                Tree::KdWithCells(tree, cells)
+            }
+        };
+        Ok(Self { tree, traversal })
+    }
+
+    /// The traversal.
+    pub fn traversal(&self) -> Traversal {
+        self.traversal
+    }
+
+    /// Traces one ray.
+    #[inline]
+    pub fn trace<O: Observer>(&self, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+        match (&self.tree, self.traversal) {
+            (Tree::Bvh(bvh), Traversal::BvhRestartTrail { bits, short_stack }) => {
+                bvh::restart_trail::trace(bvh, bits, short_stack, ray, query, observer)
+            }
+            (Tree::Bvh(bvh), _) => bvh::stack::trace(bvh, ray, query, observer),
+            (Tree::LinkedBvh(bvh, links), _) => bvh::parent_link::trace(bvh, links, ray, query, observer),
+            (Tree::Kd(tree), Traversal::KdRestart) => kd::restart::trace(tree, ray, query, observer),
+            (Tree::Kd(tree), Traversal::KdPushDown { short_stack }) => {
+                kd::push_down::trace(tree, short_stack, ray, query, observer)
+            }
+            (Tree::Kd(tree), _) => kd::stack::trace(tree, ray, query, observer),
+            (Tree::KdWithCells(tree, cells), _) => kd::backtrack::trace(tree, cells, ray, query, observer),
+        }
+    }
+
+    /// Links and references without geometry, as a trace needs them.
+    pub fn topology(&self) -> Topology {
+        match &self.tree {
+            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => Topology::of_bvh(bvh),
+            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => Topology::of_kd(tree),
+        }
+    }
+
+    /// Longest path from the root, in edges.
+    pub fn depth(&self) -> u32 {
+        match &self.tree {
+            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.depth,
+            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.depth,
+        }
+    }
+
+    /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area.
+    pub fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
+        match &self.tree {
+            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.sah_cost(traversal_cost, intersection_cost),
+            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.sah_cost(traversal_cost, intersection_cost),
+        }
+    }
+}

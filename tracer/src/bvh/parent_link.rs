@@ -1,0 +1,97 @@
+//! Stackless BVH traversal by parent links (Hapala, Davidovic, Wald, Havran & Slusallek, SCCG 2011).
+//!
+//! A three-state automaton: a node is entered from its parent, from its sibling or from a child. It tests the boxes and triangles
+//! that a stack traversal in axis order tests, in the same order, but fetches every inner node a second time on the way up.
+//! Which child is nearer must be a pure function of node and ray (split axis, sign of the direction): a distance order would change
+//! between the way down and the way up as the nearest hit moves.
+
+use super::leaf;
+use super::tree::Bvh;
+use crate::aabb::SlabRay;
+use crate::observe::{Observer, Op};
+use crate::ray::{Hit, Query, Ray};
+
+/// What the traversal needs beside the tree: each node's parent (the root is its own), 48-byte records on a GPU.
+#[derive(Clone, Debug)]
+pub struct ParentLinks {
+    parents: Vec<u32>,
+}
+
+impl ParentLinks {
+    /// Computes the links of a tree.
+    pub fn new(bvh: &Bvh) -> Self {
+        let mut parents = vec![0; bvh.nodes.len()];
+        for (index, node) in (0..).zip(&bvh.nodes) {
+            let node = node.reference();
+            if node.is_inner() {
+                parents[node.link as usize] = index;
+                parents[node.link as usize + 1] = index;
+            }
+        }
+        Self { parents }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum From {
+    Parent,
+    Sibling,
+    Child,
+}
+
+/// Traces one ray. Each node is entered at most once in each of the three states, which bounds the loop.
+pub fn trace<O: Observer>(bvh: &Bvh, links: &ParentLinks, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+    let slab = SlabRay::new(ray);
+    let mut best = Hit::miss(ray.t_max);
+    let box_is_hit = |index: u32, t_max: f32| {
+        let bounds = bvh.nodes[index as usize].bounds();
+        let (near, far) = slab.entry_exit(bounds.min, bounds.max, ray.t_min, t_max);
+        near <= far
+    };
+    let near_child = |index: u32| {
+        let node = bvh.nodes[index as usize].reference();
+        // Siblings are neighbours: the far child is the other one of the pair.
+        node.link + u32::from(ray.direction[node.axis()] < 0.0)
+    };
+    let sibling = |index: u32| ((index - 1) ^ 1) + 1;
+    let parent = |index: u32| links.parents[index as usize];
+
+    let mut current = 0;
+    let mut from = From::Parent;
+    loop {
+        if from == From::Child {
+            if current == 0 {
+                return best;
+            }
+            observer.step(Op::Up, current);
+            if current == near_child(parent(current)) {
+                current = sibling(current);
+                from = From::Sibling;
+            } else {
+                current = parent(current);
+            }
+            continue;
+        }
+
+        observer.step(Op::Node, current);
+        observer.box_tests(1);
+        let node = bvh.nodes[current as usize].reference();
+        let hit = box_is_hit(current, best.t);
+        if hit && node.is_inner() {
+            current = near_child(current);
+            from = From::Parent;
+            continue;
+        }
+        let found = hit && leaf::intersect(bvh, node, ray, query == Query::Any, &mut best, observer);
+        if (found && query == Query::Any) || current == 0 {
+            return best;
+        }
+        if from == From::Parent {
+            current = sibling(current);
+            from = From::Sibling;
+        } else {
+            current = parent(current);
+            from = From::Child;
+        }
+    }
+}

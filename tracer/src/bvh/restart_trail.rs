@@ -1,0 +1,166 @@
+//! BVH traversal by restart trail (Laine, HPG 2010): instead of a stack, one bit per level says whether the first child is done.
+//!
+//! After a leaf the traversal starts again at the root and follows the trail; a short stack of the last few far children saves most
+//! restarts. The trail, read as a binary number, grows with every pop, so the traversal ends within `2^depth` pops whatever
+//! the rounding of the boxes does.
+
+use super::leaf;
+use super::tree::{Bvh, NodeRef};
+use crate::aabb::{FAR_WIDENING, SlabRay};
+use crate::observe::{Observer, Op};
+use crate::ray::{Hit, Query, Ray};
+
+/// Width of the trail, which limits the depth of the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TrailBits {
+    /// Trees of at most 31 levels of decisions.
+    Bits32,
+    /// Trees of at most 63 levels of decisions.
+    Bits64,
+}
+
+impl TrailBits {
+    /// Deepest tree, in edges.
+    pub fn max_depth(self) -> u32 {
+        match self {
+            TrailBits::Bits32 => 31,
+            TrailBits::Bits64 => 63,
+        }
+    }
+}
+
+/// Most entries that a short stack can have.
+pub const MAX_SHORT_STACK: u32 = 64;
+
+/// A ring of the most recently pushed far children: a push onto a full ring drops the oldest.
+struct ShortStack {
+    entries: [(NodeRef, f32); MAX_SHORT_STACK as usize],
+    capacity: u32,
+    /// Entries pushed and not popped, dropped ones included; the newest is at `(depth - 1) % capacity`.
+    depth: u32,
+    kept: u32,
+}
+
+impl ShortStack {
+    fn new(capacity: u32, filler: NodeRef) -> Self {
+        Self { entries: [(filler, 0.0); MAX_SHORT_STACK as usize], capacity, depth: 0, kept: 0 }
+    }
+
+    fn push(&mut self, node: NodeRef, entry: f32) -> Option<u32> {
+        if self.capacity == 0 {
+            return None;
+        }
+        let slot = self.depth % self.capacity;
+        self.entries[slot as usize] = (node, entry);
+        self.depth += 1;
+        self.kept = (self.kept + 1).min(self.capacity);
+        Some(slot)
+    }
+
+    fn pop(&mut self) -> Option<(u32, NodeRef, f32)> {
+        if self.kept == 0 {
+            self.depth = 0;
+            return None;
+        }
+        self.kept -= 1;
+        self.depth -= 1;
+        let slot = self.depth % self.capacity;
+        let (node, entry) = self.entries[slot as usize];
+        Some((slot, node, entry))
+    }
+}
+
+/// Traces one ray with `short_stack` entries (at most [`MAX_SHORT_STACK`]).
+///
+/// # Panics
+/// When the tree is deeper than the trail, or the short stack larger than its limit: the caller checks both, see
+/// [`AccelerationStructure::build`](crate::AccelerationStructure::build).
+pub fn trace<O: Observer>(
+    bvh: &Bvh,
+    bits: TrailBits,
+    short_stack: u32,
+    ray: &Ray,
+    query: Query,
+    observer: &mut O,
+) -> Hit {
+    assert!(bvh.depth <= bits.max_depth() && short_stack <= MAX_SHORT_STACK);
+    let slab = SlabRay::new(ray);
+    let mut best = Hit::miss(ray.t_max);
+    let root = &bvh.nodes[0];
+    observer.step(Op::Node, 0);
+    observer.box_tests(1);
+    let bounds = root.bounds();
+    let (near, far) = slab.entry_exit(bounds.min, bounds.max, ray.t_min, best.t);
+    if !(near <= far) {
+        return best;
+    }
+
+    let finished = 1_u64 << bits.max_depth();
+    let mut stack = ShortStack::new(short_stack, root.reference());
+    let mut trail = 0_u64;
+    // The bit of the decision that led to `node` (its children's is the next lower one), and the bit that the last pop set.
+    let mut above = finished;
+    let mut popped_level = 0_u64;
+    let mut node = root.reference();
+    loop {
+        if node.is_inner() {
+            let level = above >> 1;
+            observer.step(Op::Node, node.link);
+            observer.box_tests(2);
+            let left = node.link as usize;
+            let (a, b) = (&bvh.nodes[left], &bvh.nodes[left + 1]);
+            let (bounds_a, bounds_b) = (a.bounds(), b.bounds());
+            let (near_a, far_a) = slab.entry_exit(bounds_a.min, bounds_a.max, ray.t_min, best.t);
+            let (near_b, far_b) = slab.entry_exit(bounds_b.min, bounds_b.max, ray.t_min, best.t);
+            let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
+            if hit_a & hit_b {
+                let a_first = near_a <= near_b;
+                let (nearer, farther) = if a_first { (a, b) } else { (b, a) };
+                if trail & level != 0 {
+                    node = farther.reference();
+                } else {
+                    node = nearer.reference();
+                    let entry = if a_first { near_b } else { near_a };
+                    if let Some(slot) = stack.push(farther.reference(), entry) {
+                        observer.step(Op::Push, slot);
+                    }
+                }
+                above = level;
+                continue;
+            }
+            // Where the last pop has set the bit and only one child is left, that child is the nearer one, already done:
+            // the farther one has been culled by a hit found since.
+            if (hit_a | hit_b) && level != popped_level {
+                trail |= level;
+                node = if hit_a { a.reference() } else { b.reference() };
+                above = level;
+                continue;
+            }
+        } else if leaf::intersect(bvh, node, ray, query == Query::Any, &mut best, observer)
+            && query == Query::Any
+        {
+            return best;
+        }
+
+        // Pop: the carry skips every level whose bit is set, that is, whose last child is done.
+        loop {
+            trail = (trail & above.wrapping_neg()) + above;
+            if trail >= finished {
+                return best;
+            }
+            popped_level = trail & trail.wrapping_neg();
+            let Some((slot, popped, entry)) = stack.pop() else {
+                observer.step(Op::Restart, 0);
+                node = root.reference();
+                above = finished;
+                break;
+            };
+            observer.step(Op::Pop, slot);
+            above = popped_level;
+            if entry <= best.t * FAR_WIDENING {
+                node = popped;
+                break;
+            }
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! BVH traversal with a full stack, nearer child first: while-while, both children's boxes tested at their parent.
+
+use super::leaf;
+use super::tree::{Bvh, BvhNode, NodeRef};
+use crate::aabb::{FAR_WIDENING, SlabRay};
+use crate::observe::{Observer, Op};
+use crate::ray::{Hit, Query, Ray};
+use std::mem::MaybeUninit;
+
+/// Stack capacity: one far sibling per level of the deepest tree.
+const CAPACITY: usize = super::BvhOptions::MAX_DEPTH as usize + 1;
+
+#[derive(Clone, Copy)]
+struct Entry {
+    node: NodeRef,
+    entry: f32,
+}
+
+/// Traces one ray. Every node is visited at most once, so the loop is bounded by the tree.
+#[inline]
+pub fn trace<O: Observer>(bvh: &Bvh, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+    match query {
+        Query::Closest => run::<false, O>(bvh, ray, observer),
+        Query::Any => run::<true, O>(bvh, ray, observer),
+    }
+}
+
+fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> Hit {
+    let slab = SlabRay::new(ray);
+    let mut best = Hit::miss(ray.t_max);
+    let root = &bvh.nodes[0];
+    observer.step(Op::Node, 0);
+    observer.box_tests(1);
+    let (near, far) = entry_exit(&slab, root, ray.t_min, best.t);
+    if !(near <= far) {
+        return best;
+    }
+
+    let mut stack = [const { MaybeUninit::<Entry>::uninit() }; CAPACITY];
+    let mut top = 0;
+    let mut node = root.reference();
+    loop {
+        if node.is_inner() {
+            let left = node.link as usize;
+            observer.step(Op::Node, node.link);
+            observer.box_tests(2);
+            // SAFETY: `Bvh::build`, the only constructor, gives every inner node two children, `link` and `link + 1`, inside
+            // `nodes`; `Bvh::validate` checks it in debug builds.
+            let (a, b) = unsafe { (bvh.nodes.get_unchecked(left), bvh.nodes.get_unchecked(left + 1)) };
+            let (near_a, far_a) = entry_exit(&slab, a, ray.t_min, best.t);
+            let (near_b, far_b) = entry_exit(&slab, b, ray.t_min, best.t);
+            let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
+            if hit_a & hit_b {
+                let a_first = near_a <= near_b;
+                let (nearer, farther) = if a_first { (a, b) } else { (b, a) };
+                let entry = if a_first { near_b } else { near_a };
+                observer.step(Op::Push, top as u32);
+                debug_assert!(top < CAPACITY);
+                // SAFETY: the tree is at most `MAX_DEPTH` deep and each level on the path has pushed at most one entry, so
+                // `top < CAPACITY`.
+                unsafe { stack.get_unchecked_mut(top) }.write(Entry { node: farther.reference(), entry });
+                top += 1;
+                node = nearer.reference();
+                continue;
+            }
+            if hit_a | hit_b {
+                node = if hit_a { a.reference() } else { b.reference() };
+                continue;
+            }
+        } else if leaf::intersect(bvh, node, ray, ANY, &mut best, observer) && ANY {
+            return best;
+        }
+        loop {
+            if top == 0 {
+                return best;
+            }
+            top -= 1;
+            observer.step(Op::Pop, top as u32);
+            // SAFETY: entries below the old `top` were written by the push above.
+            let popped = unsafe { stack.get_unchecked(top).assume_init_read() };
+            if popped.entry <= best.t * FAR_WIDENING {
+                node = popped.node;
+                break;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn entry_exit(slab: &SlabRay, node: &BvhNode, t_min: f32, t_max: f32) -> (f32, f32) {
+    let bounds = node.bounds();
+    slab.entry_exit(bounds.min, bounds.max, t_min, t_max)
+}

@@ -1,0 +1,87 @@
+//! The shape of a tree without its geometry: what a replay needs to lay nodes and primitives out in memory.
+
+use crate::bvh::{Bvh, BvhNodeKind};
+use crate::kd::{KdNodeKind, KdTree};
+
+/// A node's links.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TopologyNode {
+    /// Children `left` and `left + 1`.
+    Inner {
+        /// Index of the left child.
+        left: u32,
+    },
+    /// References `first .. first + count`.
+    Leaf {
+        /// First position in the reference list.
+        first: u32,
+        /// Number of references.
+        count: u32,
+    },
+}
+
+/// The links of all nodes, and the reference list of the leaves.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Topology {
+    /// Root first.
+    pub nodes: Vec<TopologyNode>,
+    /// Triangle index (file order) at each position that a primitive step can name.
+    pub references: Vec<u32>,
+    /// Number of triangles of the scene.
+    pub triangles: u32,
+}
+
+impl Topology {
+    /// The shape of a BVH.
+    pub fn of_bvh(bvh: &Bvh) -> Self {
+        let node = |node: &crate::bvh::BvhNode| match node.kind() {
+            BvhNodeKind::Inner { left, .. } => TopologyNode::Inner { left },
+            BvhNodeKind::Leaf { first, count } => TopologyNode::Leaf { first, count },
+        };
+        Self {
+            nodes: bvh.nodes().iter().map(node).collect(),
+            references: bvh.references().to_vec(),
+            triangles: bvh.references().len() as u32,
+        }
+    }
+
+    /// The shape of a kd-tree.
+    pub fn of_kd(tree: &KdTree) -> Self {
+        let node = |node: &crate::kd::KdNode| match node.kind() {
+            KdNodeKind::Inner { left, .. } => TopologyNode::Inner { left },
+            KdNodeKind::Leaf { first, count } => TopologyNode::Leaf { first, count },
+        };
+        Self {
+            nodes: tree.nodes.iter().map(node).collect(),
+            references: tree.references.clone(),
+            triangles: tree.triangles.len() as u32,
+        }
+    }
+
+    /// Checks that links stay inside the tree and lead downwards only, and that references name triangles.
+    ///
+    /// # Errors
+    /// A sentence that names the first offender.
+    pub fn validate(&self) -> Result<(), String> {
+        let nodes = self.nodes.len() as u64;
+        let references = self.references.len() as u64;
+        for (index, node) in (0_u64..).zip(&self.nodes) {
+            match *node {
+                TopologyNode::Inner { left } if u64::from(left) <= index || u64::from(left) + 1 >= nodes => {
+                    return Err(format!(
+                        "inner node {index} links to {left}; children lie after their parent, below {nodes}"
+                    ));
+                }
+                TopologyNode::Leaf { first, count } if u64::from(first) + u64::from(count) > references => {
+                    return Err(format!("leaf {index} names references {first}+{count} of {references}"));
+                }
+                _ => {}
+            }
+        }
+        match self.references.iter().find(|&&reference| reference >= self.triangles) {
+            Some(reference) => Err(format!("reference to triangle {reference} of {}", self.triangles)),
+            None if self.nodes.is_empty() => Err("no root node".to_owned()),
+            None => Ok(()),
+        }
+    }
+}

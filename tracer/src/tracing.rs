@@ -1,0 +1,158 @@
+//! Tracing a frame on the fly, as a source of tiles.
+
+use crate::accel::{AccelerationStructure, BuildOptions};
+use crate::error::Error;
+use crate::ray::{Hit, Query, Ray};
+use crate::topology::Topology;
+use crate::trace::{Frame, RayKind, Recorder, Tile, TileSource, TraceHeader};
+use crate::view::{View, shadow_ray};
+use glam::Vec3;
+use scenes::Triangle;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The primary rays of a frame.
+pub enum Rays {
+    /// One per pixel of a camera's image.
+    View {
+        /// The camera.
+        view: View,
+        /// Pixels per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// Given one by one.
+    List(Vec<Ray>),
+}
+
+impl Rays {
+    fn frame(&self) -> Frame {
+        match self {
+            Rays::View { width, height, .. } => Frame::Image { width: *width, height: *height },
+            Rays::List(rays) => Frame::List { rays: rays.len() as u32 },
+        }
+    }
+}
+
+/// What identifies the scene in the header.
+pub struct SceneIdentity {
+    /// Its name.
+    pub name: String,
+    /// Its hash.
+    pub hash: u64,
+}
+
+/// Traces the tiles of a frame when they are asked for.
+pub struct FrameTracer<'a> {
+    structure: &'a AccelerationStructure,
+    triangles: &'a [Triangle],
+    rays: Rays,
+    /// One set of shadow rays each.
+    lights: Vec<Vec3>,
+    header: TraceHeader,
+    topology: Topology,
+    stalls: AtomicU64,
+}
+
+impl<'a> FrameTracer<'a> {
+    /// A tracer of `rays` and, for every primary hit, of a shadow ray to each of `lights`.
+    pub fn new(
+        structure: &'a AccelerationStructure,
+        options: &BuildOptions,
+        triangles: &'a [Triangle],
+        scene: SceneIdentity,
+        rays: Rays,
+        lights: Vec<Vec3>,
+    ) -> Self {
+        let traversal = structure.traversal();
+        let ray_sets =
+            std::iter::once(RayKind::Primary).chain(lights.iter().map(|_| RayKind::Shadow)).collect();
+        let header = TraceHeader {
+            generator: concat!("raybudget ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scene: scene.name,
+            scene_hash: format!("{:016x}", scene.hash),
+            triangles: triangles.len() as u32,
+            frame: rays.frame(),
+            ray_sets,
+            accel: traversal.accel(),
+            traversal: traversal.name().to_owned(),
+            node_fetch: traversal.node_fetch(),
+            loop_structure: traversal.loop_structure(),
+            stack_entries: match traversal.stack_use() {
+                crate::StackUse::Memory => structure.depth() + 1,
+                _ => 0,
+            },
+            short_stack: traversal.short_stack(),
+            trail_bits: TraceHeader::trail_bits(traversal),
+            sah_costs: [options.traversal_cost, options.intersection_cost],
+            depth: structure.depth(),
+        };
+        let topology = structure.topology();
+        Self { structure, triangles, rays, lights, header, topology, stalls: AtomicU64::new(0) }
+    }
+
+    /// Traces every ray of a tile; `primary_hit` sees each ray's number (row-major over the frame) and its hit.
+    ///
+    /// # Errors
+    /// When the tile takes too many steps.
+    pub fn trace_tile(
+        &self,
+        index: u32,
+        tile: &mut Tile,
+        mut primary_hit: impl FnMut(u64, &Hit),
+    ) -> Result<(), Error> {
+        let rect = self.header.frame.tile(index);
+        tile.ray_sets.resize_with(self.header.ray_sets.len(), Default::default);
+        tile.ray_sets.iter_mut().for_each(crate::trace::RaySet::clear);
+        let (primary_set, shadow_sets) =
+            tile.ray_sets.split_first_mut().expect("the primary rays are always there");
+        let mut stalls = 0;
+        for y in rect.y..rect.y + rect.height {
+            for x in rect.x..rect.x + rect.width {
+                let (number, ray) = match &self.rays {
+                    Rays::View { view, width, .. } => {
+                        (u64::from(y) * u64::from(*width) + u64::from(x), view.primary_ray(x, y))
+                    }
+                    Rays::List(rays) => (u64::from(x), rays[x as usize]),
+                };
+                let mut recorder = Recorder::new(primary_set);
+                let hit = self.structure.trace(&ray, Query::Closest, &mut recorder);
+                stalls += recorder.stalls();
+                primary_set.end_ray(hit.primitive)?;
+                primary_hit(number, &hit);
+                for (set, &light) in shadow_sets.iter_mut().zip(&self.lights) {
+                    if !hit.is_hit() {
+                        set.skip_ray();
+                        continue;
+                    }
+                    let triangle = &self.triangles[hit.primitive as usize];
+                    let shadow = shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
+                    let mut recorder = Recorder::new(set);
+                    let occluder = self.structure.trace(&shadow, Query::Any, &mut recorder);
+                    stalls += recorder.stalls();
+                    set.end_ray(occluder.primitive)?;
+                }
+            }
+        }
+        self.stalls.fetch_add(stalls, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+impl TileSource for FrameTracer<'_> {
+    fn header(&self) -> &TraceHeader {
+        &self.header
+    }
+
+    fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    fn tile(&self, index: u32, tile: &mut Tile) -> Result<(), Error> {
+        self.trace_tile(index, tile, |_, _| {})
+    }
+
+    fn stalls(&self) -> u64 {
+        self.stalls.load(Ordering::Relaxed)
+    }
+}
