@@ -1,6 +1,6 @@
 //! The description of a cache hierarchy, and the checks that make it one that can be simulated.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::address::{Bytes, LineSize};
 use crate::counts::MAX_LEVELS;
@@ -43,7 +43,7 @@ pub enum Policy {
 }
 
 /// When written data moves on to the level below.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WritePolicy {
     /// When the line is evicted or flushed.
@@ -53,7 +53,7 @@ pub enum WritePolicy {
 }
 
 /// What a write does that misses (Jouppi 1993).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WriteMiss {
     /// Reads the line from below, then writes into it: write-allocate with fetch on write.
@@ -65,7 +65,8 @@ pub enum WriteMiss {
 }
 
 /// One level of a hierarchy.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "crate::levels_file::RawLevel")]
 pub struct LevelConfig {
     /// A name for reports and errors, unique in the hierarchy.
     pub name: String,
@@ -154,7 +155,7 @@ impl LevelConfig {
         if lines.saturating_mul(u64::from(self.count)) > MAX_LINES {
             return fail(
                 format!(
-                    "{} copies of {} bytes hold more than {MAX_LINES} lines of {line} bytes, the most that is simulated",
+                    "{} x {} bytes hold more than {MAX_LINES} lines of {line} bytes, the most that is simulated",
                     self.count, self.size.0
                 ),
                 "lower size or count, or raise line",

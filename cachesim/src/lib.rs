@@ -1,23 +1,29 @@
 //! Cache hierarchy simulation over address streams: exact, deterministic, fast.
 
 mod address;
+mod addresses;
 mod config;
 mod counts;
+mod dense;
 mod engine;
 mod error;
 mod hierarchy;
 mod level;
+mod levels_file;
 mod policy;
 mod queue;
 mod sets;
+mod stack_distance;
 mod store;
 pub mod synthetic;
 mod word;
 
 pub use address::{Access, Address, Bytes, LineId, LineSize};
+pub use addresses::{AddressFormat, AddressReader, MAX_ACCESS_BYTES};
 pub use config::{
     LevelConfig, Levels, MAX_COPIES, MAX_LINES, MAX_SECTORS, MAX_WAYS, Policy, Ways, WriteMiss, WritePolicy,
 };
 pub use counts::{LevelCounts, LevelServed, MAX_LEVELS, MemoryCounts, MissClasses, Served};
 pub use error::{Error, Place};
 pub use hierarchy::{Hierarchy, PathId};
+pub use stack_distance::StackDistances;

@@ -1,7 +1,7 @@
 //! Known counts: do the synthetic streams and the caches agree, miss for miss, with other simulators?
 
 use cachesim::synthetic::{Stream, lines};
-use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineId, LineSize, Policy, Ways};
+use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineId, LineSize, Policy, StackDistances, Ways};
 
 fn line() -> LineSize {
     LineSize::new(64).expect("64 is a power of two")
@@ -56,4 +56,17 @@ fn lru_misses_on_seq_are_one_per_line() {
 #[test]
 fn fifo_misses_on_bvh_are_the_published_ones() {
     assert_eq!(misses(Policy::Fifo, &lines(Stream::Bvh, 1_000_000)), [220_165, 6_767]);
+}
+
+#[test]
+fn fully_associative_misses_on_bvh_are_the_published_ones() {
+    let mut distances = StackDistances::new();
+    for line in lines(Stream::Bvh, 24_000_000) {
+        distances.touch(line);
+    }
+    assert_eq!(distances.distinct_lines(), 104_741);
+    assert_eq!(
+        [16 << 10, 1 << 20, 8 << 20].map(|size: u64| distances.misses(size / 64)),
+        [3_675_527, 137_331, 104_741]
+    );
 }
