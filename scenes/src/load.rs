@@ -27,13 +27,19 @@ pub fn load(spec: &str) -> Result<Scene, Error> {
     }
 }
 
-/// Geometry and materials of a file, before a camera and lights are chosen.
-pub(crate) struct Geometry {
-    pub(crate) meshes: Vec<Mesh>,
-    pub(crate) instances: Vec<Instance>,
-    pub(crate) materials: Vec<Material>,
-    pub(crate) camera: Option<Camera>,
-    pub(crate) notes: Vec<Note>,
+/// What a geometry file holds, before a camera and lights are chosen. The fields are those of [`Scene`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Geometry {
+    /// The meshes, in file order.
+    pub meshes: Vec<Mesh>,
+    /// Where the meshes stand.
+    pub instances: Vec<Instance>,
+    /// The materials that meshes refer to.
+    pub materials: Vec<Material>,
+    /// The camera of the file, where it has one.
+    pub camera: Option<Camera>,
+    /// What was missing or noticed.
+    pub notes: Vec<Note>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

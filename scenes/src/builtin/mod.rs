@@ -1,6 +1,14 @@
 //! Scenes that need no file: data and seeded generators, the same bits on every platform.
 
+mod atrium;
+mod builder;
 mod cornell;
+mod figure;
+mod newell;
+mod numeric;
+mod soup;
+mod stadium;
+mod teapot;
 
 use crate::Scene;
 
@@ -15,17 +23,49 @@ pub struct Builtin {
     pub triangles: usize,
 }
 
-/// All built-in scenes, from small to large.
-pub const BUILTINS: &[Builtin] = &[Builtin {
-    name: "cornell",
-    description: "The Cornell Box as measured at the Cornell University Program of Computer Graphics",
-    triangles: 32,
-}];
+/// All built-in scenes.
+pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "cornell",
+        description: "The Cornell Box as measured at the Cornell University Program of Computer Graphics",
+        triangles: 32,
+    },
+    Builtin {
+        name: "teapot",
+        description: "The Utah teapot: Newell's 32 patches, tessellated",
+        triangles: 16_256,
+    },
+    Builtin {
+        name: "stadium",
+        description: "A teapot in a stadium: a dense object in a large sparse one (stands in for Fairy Forest)",
+        triangles: 173_696,
+    },
+    Builtin {
+        name: "figure",
+        description: "A closed scan-like figure in a box (stands in for scanned statues)",
+        triangles: 100_506,
+    },
+    Builtin {
+        name: "atrium",
+        description: "A two-storey courtyard with arcades, vaults, curtains and plants (stands in for Crytek Sponza)",
+        triangles: 262_176,
+    },
+    Builtin {
+        name: "soup",
+        description: "Adversarial triangles: slivers, duplicates, coplanar stacks, no area, huge and tiny coordinates",
+        triangles: 10_653,
+    },
+];
 
 /// The built-in scene called `name`.
 pub fn builtin(name: &str) -> Option<Scene> {
     match name {
         "cornell" => Some(cornell::scene()),
+        "teapot" => Some(teapot::scene()),
+        "stadium" => Some(stadium::scene()),
+        "figure" => Some(figure::scene()),
+        "atrium" => Some(atrium::scene()),
+        "soup" => Some(soup::scene()),
         _ => None,
     }
 }
