@@ -18,6 +18,19 @@ pub(crate) struct Tally {
     pub(crate) writebacks: u64,
 }
 
+impl Tally {
+    pub(crate) fn add(&mut self, other: Self) {
+        let Self { sent, misses, writes, write_misses, sector_misses, fills, writebacks } = other;
+        self.sent += sent;
+        self.misses += misses;
+        self.writes += writes;
+        self.write_misses += write_misses;
+        self.sector_misses += sector_misses;
+        self.fills += fills;
+        self.writebacks += writebacks;
+    }
+}
+
 /// What a level does with a write, decided once when the hierarchy is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct WriteRule {

@@ -2,17 +2,24 @@
 
 mod address;
 mod addresses;
+mod assoc;
+mod classes;
 mod config;
 mod counts;
 mod dense;
 mod engine;
 mod error;
+mod full;
 mod hierarchy;
 mod level;
 mod levels_file;
 mod policy;
 mod queue;
+mod recency;
+mod sectors;
 mod sets;
+mod sink;
+mod splitmix;
 mod stack_distance;
 mod store;
 pub mod synthetic;

@@ -5,7 +5,11 @@ use crate::config::{LevelConfig, Policy};
 use crate::level::{Tally, WriteRule};
 use crate::policy::{fifo::Fifo, lru::Lru};
 use crate::sets::SetIndex;
+use crate::sink::Sink;
 use crate::word::Word;
+
+/// The most ways of a queue.
+pub(crate) const MAX_QUEUE_WAYS: u64 = 16;
 
 /// How a queue changes when a line is touched.
 pub(crate) trait Order {
@@ -47,39 +51,26 @@ impl<W: Word> Queue<W> {
     }
 
     fn pass<O: Order>(&mut self, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
-        let mut tally = Tally::default();
-        let mut send = |word: W| {
-            out[tally.sent] = word;
-            tally.sent += 1;
-        };
+        let mut sink = Sink::new(out);
         for &word in input {
-            let (line, write) = (word.without_flag(), word.flagged());
+            let line = word.without_flag();
             let at = self.index.set_of(line.id()) * self.ways;
             let set = &mut self.tags[at..at + self.ways];
-            tally.writes += u64::from(write);
-            if write && !rule.allocate && !set.iter().any(|tag| tag.without_flag() == line) {
-                tally.misses += 1;
-                tally.write_misses += 1;
-                send(word);
-                continue;
+            let around = word.flagged() && !rule.allocate && set.iter().all(|tag| tag.without_flag() != line);
+            let touch = if around {
+                None
+            } else {
+                Some(O::touch(set, line.with_flag(word.flagged() && !rule.through)))
+            };
+            let kept = sink.serve(word, (touch == Some(Touch::Hit)).then_some(1), 1, rule);
+            if let Some(Touch::Evicted(victim)) = touch
+                && victim.flagged()
+            {
+                sink.write_back(std::iter::once(victim.id()));
             }
-            if let Touch::Evicted(victim) = O::touch(set, line.with_flag(write && !rule.through)) {
-                tally.misses += 1;
-                tally.write_misses += u64::from(write);
-                if !write || rule.fetch {
-                    tally.fills += 1;
-                    send(line);
-                }
-                if victim.flagged() {
-                    tally.writebacks += 1;
-                    send(victim);
-                }
-            }
-            if write && rule.through {
-                send(word);
-            }
+            sink.pass_on(word, kept, rule);
         }
-        tally
+        sink.tally
     }
 
     pub(crate) fn clean(&mut self, out: &mut Vec<W>) {

@@ -1,5 +1,6 @@
 //! First in, first out.
 
+use super::Replacement;
 use crate::queue::{Order, Touch};
 use crate::word::Word;
 
@@ -16,5 +17,30 @@ impl Order for Fifo {
         }
         set.rotate_right(1);
         Touch::Evicted(std::mem::replace(&mut set[0], word))
+    }
+}
+
+/// The way after the newest: ways fill in order and so are the oldest in turn.
+#[derive(Clone, Debug)]
+pub(crate) struct FifoTurn {
+    next: Vec<u32>,
+    ways: u32,
+}
+
+impl FifoTurn {
+    pub(crate) fn new(sets: usize, ways: usize) -> Self {
+        Self { next: vec![0; sets], ways: ways as u32 }
+    }
+}
+
+impl Replacement for FifoTurn {
+    fn touched(&mut self, _set: usize, _way: usize) {}
+
+    fn filled(&mut self, set: usize, way: usize) {
+        self.next[set] = (way as u32 + 1) % self.ways;
+    }
+
+    fn victim(&mut self, set: usize) -> usize {
+        self.next[set] as usize
     }
 }

@@ -1,5 +1,6 @@
 //! Least recently used.
 
+use super::Replacement;
 use crate::queue::{Order, Touch};
 use crate::word::Word;
 
@@ -11,20 +12,44 @@ impl Order for Lru {
     fn touch<W: Word>(set: &mut [W], word: W) -> Touch<W> {
         let line = word.without_flag();
         let mut carried = word;
-        let mut dirty = false;
         for way in set.iter_mut() {
             let here = std::mem::replace(way, carried);
             if here.without_flag() == line {
-                dirty = here.flagged();
-                carried = line;
-                break;
+                set[0] = word.with_flag(here.flagged());
+                return Touch::Hit;
             }
             carried = here;
         }
-        if carried != line {
-            return Touch::Evicted(carried);
-        }
-        set[0] = set[0].with_flag(dirty);
-        Touch::Hit
+        Touch::Evicted(carried)
+    }
+}
+
+/// The time of each way's last access.
+#[derive(Clone, Debug)]
+pub(crate) struct LruStamps {
+    stamps: Vec<u64>,
+    ways: usize,
+    clock: u64,
+}
+
+impl LruStamps {
+    pub(crate) fn new(sets: usize, ways: usize) -> Self {
+        Self { stamps: vec![0; sets * ways], ways, clock: 0 }
+    }
+}
+
+impl Replacement for LruStamps {
+    fn touched(&mut self, set: usize, way: usize) {
+        self.clock += 1;
+        self.stamps[set * self.ways + way] = self.clock;
+    }
+
+    fn filled(&mut self, set: usize, way: usize) {
+        self.touched(set, way);
+    }
+
+    fn victim(&mut self, set: usize) -> usize {
+        let stamps = &self.stamps[set * self.ways..][..self.ways];
+        (0..self.ways).min_by_key(|&way| stamps[way]).unwrap_or(0)
     }
 }
