@@ -9,8 +9,10 @@ mod error;
 pub mod kd;
 mod observe;
 mod ray;
+mod ray_file;
 mod topology;
 mod trace;
+mod trace_file;
 mod tracing;
 mod triangle;
 mod view;
@@ -20,11 +22,13 @@ pub use accel::{Accel, AccelerationStructure, BuildOptions, StackUse, Traversal}
 pub use error::Error;
 pub use observe::{LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCounter};
 pub use ray::{Hit, NO_HIT, Query, Ray};
+pub use ray_file::{RAY_BYTES, read_rays};
 pub use topology::{Topology, TopologyNode};
 pub use trace::{
     Frame, MAX_TILE_STEPS, RayKind, RaySet, Recorder, Step, TILE_EDGE, TILE_RAYS, Tile, TileRect, TileSource,
     TraceHeader,
 };
+pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};
 pub use triangle::PreparedTriangle;
 pub use view::{View, shadow_ray};

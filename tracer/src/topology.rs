@@ -34,12 +34,12 @@ pub struct Topology {
 impl Topology {
     /// The shape of a BVH.
     pub fn of_bvh(bvh: &Bvh) -> Self {
-        let node = |node: &crate::bvh::BvhNode| match node.kind() {
+        let node = |node: crate::bvh::BvhNode| match node.kind {
             BvhNodeKind::Inner { left, .. } => TopologyNode::Inner { left },
             BvhNodeKind::Leaf { first, count } => TopologyNode::Leaf { first, count },
         };
         Self {
-            nodes: bvh.nodes().iter().map(node).collect(),
+            nodes: bvh.nodes().map(node).collect(),
             references: bvh.references().to_vec(),
             triangles: bvh.references().len() as u32,
         }

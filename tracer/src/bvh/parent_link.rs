@@ -6,7 +6,7 @@
 //! between the way down and the way up as the nearest hit moves.
 
 use super::leaf;
-use super::tree::Bvh;
+use super::tree::{Bvh, BvhNodeKind, NodeRef};
 use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
@@ -20,12 +20,11 @@ pub struct ParentLinks {
 impl ParentLinks {
     /// Computes the links of a tree.
     pub fn new(bvh: &Bvh) -> Self {
-        let mut parents = vec![0; bvh.nodes.len()];
-        for (index, node) in (0..).zip(&bvh.nodes) {
-            let node = node.reference();
-            if node.is_inner() {
-                parents[node.link as usize] = index;
-                parents[node.link as usize + 1] = index;
+        let mut parents = vec![0; bvh.node_count() as usize];
+        for (index, node) in (0..).zip(bvh.nodes()) {
+            if let BvhNodeKind::Inner { left, .. } = node.kind {
+                parents[left as usize] = index;
+                parents[left as usize + 1] = index;
             }
         }
         Self { parents }
@@ -43,16 +42,8 @@ enum From {
 pub fn trace<O: Observer>(bvh: &Bvh, links: &ParentLinks, ray: &Ray, query: Query, observer: &mut O) -> Hit {
     let slab = SlabRay::new(ray);
     let mut best = Hit::miss(ray.t_max);
-    let box_is_hit = |index: u32, t_max: f32| {
-        let bounds = bvh.nodes[index as usize].bounds();
-        let (near, far) = slab.entry_exit(bounds.min, bounds.max, ray.t_min, t_max);
-        near <= far
-    };
-    let near_child = |index: u32| {
-        let node = bvh.nodes[index as usize].reference();
-        // Siblings are neighbours: the far child is the other one of the pair.
-        node.link + u32::from(ray.direction[node.axis()] < 0.0)
-    };
+    // Siblings are neighbours: the far child is the other one of the pair.
+    let near_child = |node: NodeRef| node.link + u32::from(ray.direction[node.axis()] < 0.0);
     let sibling = |index: u32| ((index - 1) ^ 1) + 1;
     let parent = |index: u32| links.parents[index as usize];
 
@@ -64,7 +55,7 @@ pub fn trace<O: Observer>(bvh: &Bvh, links: &ParentLinks, ray: &Ray, query: Quer
                 return best;
             }
             observer.step(Op::Up, current);
-            if current == near_child(parent(current)) {
+            if current == near_child(bvh.packed_node(parent(current)).1) {
                 current = sibling(current);
                 from = From::Sibling;
             } else {
@@ -75,10 +66,11 @@ pub fn trace<O: Observer>(bvh: &Bvh, links: &ParentLinks, ray: &Ray, query: Quer
 
         observer.step(Op::Node, current);
         observer.box_tests(1);
-        let node = bvh.nodes[current as usize].reference();
-        let hit = box_is_hit(current, best.t);
+        let (bounds, node) = bvh.packed_node(current);
+        let (near, far) = slab.entry_exit(&bounds, ray.t_min, best.t);
+        let hit = near <= far;
         if hit && node.is_inner() {
-            current = near_child(current);
+            current = near_child(node);
             from = From::Parent;
             continue;
         }

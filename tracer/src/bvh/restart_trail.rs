@@ -86,42 +86,37 @@ pub fn trace<O: Observer>(
     assert!(bvh.depth <= bits.max_depth() && short_stack <= MAX_SHORT_STACK);
     let slab = SlabRay::new(ray);
     let mut best = Hit::miss(ray.t_max);
-    let root = &bvh.nodes[0];
     observer.step(Op::Node, 0);
     observer.box_tests(1);
-    let bounds = root.bounds();
-    let (near, far) = slab.entry_exit(bounds.min, bounds.max, ray.t_min, best.t);
+    let (near, far) = slab.entry_exit(&bvh.root_bounds, ray.t_min, best.t);
     if !(near <= far) {
         return best;
     }
 
     let finished = 1_u64 << bits.max_depth();
-    let mut stack = ShortStack::new(short_stack, root.reference());
+    let mut stack = ShortStack::new(short_stack, bvh.root);
     let mut trail = 0_u64;
     // The bit of the decision that led to `node` (its children's is the next lower one), and the bit that the last pop set.
     let mut above = finished;
     let mut popped_level = 0_u64;
-    let mut node = root.reference();
+    let mut node = bvh.root;
     loop {
         if node.is_inner() {
             let level = above >> 1;
             observer.step(Op::Node, node.link);
             observer.box_tests(2);
-            let left = node.link as usize;
-            let (a, b) = (&bvh.nodes[left], &bvh.nodes[left + 1]);
-            let (bounds_a, bounds_b) = (a.bounds(), b.bounds());
-            let (near_a, far_a) = slab.entry_exit(bounds_a.min, bounds_a.max, ray.t_min, best.t);
-            let (near_b, far_b) = slab.entry_exit(bounds_b.min, bounds_b.max, ray.t_min, best.t);
+            let pair = bvh.pair(node.link);
+            let (near_a, far_a, near_b, far_b) = slab.entry_exit_pair(&pair.planes, ray.t_min, best.t);
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
             if hit_a & hit_b {
                 let a_first = near_a <= near_b;
-                let (nearer, farther) = if a_first { (a, b) } else { (b, a) };
+                let (nearer, farther) = if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
                 if trail & level != 0 {
-                    node = farther.reference();
+                    node = farther;
                 } else {
-                    node = nearer.reference();
+                    node = nearer;
                     let entry = if a_first { near_b } else { near_a };
-                    if let Some(slot) = stack.push(farther.reference(), entry) {
+                    if let Some(slot) = stack.push(farther, entry) {
                         observer.step(Op::Push, slot);
                     }
                 }
@@ -132,7 +127,7 @@ pub fn trace<O: Observer>(
             // the farther one has been culled by a hit found since.
             if (hit_a | hit_b) && level != popped_level {
                 trail |= level;
-                node = if hit_a { a.reference() } else { b.reference() };
+                node = if hit_a { pair.left } else { pair.right };
                 above = level;
                 continue;
             }
@@ -151,7 +146,7 @@ pub fn trace<O: Observer>(
             popped_level = trail & trail.wrapping_neg();
             let Some((slot, popped, entry)) = stack.pop() else {
                 observer.step(Op::Restart, 0);
-                node = root.reference();
+                node = bvh.root;
                 above = finished;
                 break;
             };

@@ -1,7 +1,7 @@
 //! BVH traversal with a full stack, nearer child first: while-while, both children's boxes tested at their parent.
 
 use super::leaf;
-use super::tree::{Bvh, BvhNode, NodeRef};
+use super::tree::{Bvh, NodeRef};
 use crate::aabb::{FAR_WIDENING, SlabRay};
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
@@ -28,43 +28,38 @@ pub fn trace<O: Observer>(bvh: &Bvh, ray: &Ray, query: Query, observer: &mut O) 
 fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> Hit {
     let slab = SlabRay::new(ray);
     let mut best = Hit::miss(ray.t_max);
-    let root = &bvh.nodes[0];
     observer.step(Op::Node, 0);
     observer.box_tests(1);
-    let (near, far) = entry_exit(&slab, root, ray.t_min, best.t);
+    let (near, far) = slab.entry_exit(&bvh.root_bounds, ray.t_min, best.t);
     if !(near <= far) {
         return best;
     }
 
     let mut stack = [const { MaybeUninit::<Entry>::uninit() }; CAPACITY];
     let mut top = 0;
-    let mut node = root.reference();
+    let mut node = bvh.root;
     loop {
         if node.is_inner() {
-            let left = node.link as usize;
             observer.step(Op::Node, node.link);
             observer.box_tests(2);
-            // SAFETY: `Bvh::build`, the only constructor, gives every inner node two children, `link` and `link + 1`, inside
-            // `nodes`; `Bvh::validate` checks it in debug builds.
-            let (a, b) = unsafe { (bvh.nodes.get_unchecked(left), bvh.nodes.get_unchecked(left + 1)) };
-            let (near_a, far_a) = entry_exit(&slab, a, ray.t_min, best.t);
-            let (near_b, far_b) = entry_exit(&slab, b, ray.t_min, best.t);
+            let pair = bvh.pair(node.link);
+            let (near_a, far_a, near_b, far_b) = slab.entry_exit_pair(&pair.planes, ray.t_min, best.t);
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
             if hit_a & hit_b {
                 let a_first = near_a <= near_b;
-                let (nearer, farther) = if a_first { (a, b) } else { (b, a) };
+                let (nearer, farther) = if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
                 let entry = if a_first { near_b } else { near_a };
                 observer.step(Op::Push, top as u32);
                 debug_assert!(top < CAPACITY);
                 // SAFETY: the tree is at most `MAX_DEPTH` deep and each level on the path has pushed at most one entry, so
                 // `top < CAPACITY`.
-                unsafe { stack.get_unchecked_mut(top) }.write(Entry { node: farther.reference(), entry });
+                unsafe { stack.get_unchecked_mut(top) }.write(Entry { node: farther, entry });
                 top += 1;
-                node = nearer.reference();
+                node = nearer;
                 continue;
             }
             if hit_a | hit_b {
-                node = if hit_a { a.reference() } else { b.reference() };
+                node = if hit_a { pair.left } else { pair.right };
                 continue;
             }
         } else if leaf::intersect(bvh, node, ray, ANY, &mut best, observer) && ANY {
@@ -84,10 +79,4 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
             }
         }
     }
-}
-
-#[inline(always)]
-fn entry_exit(slab: &SlabRay, node: &BvhNode, t_min: f32, t_max: f32) -> (f32, f32) {
-    let bounds = node.bounds();
-    slab.entry_exit(bounds.min, bounds.max, t_min, t_max)
 }

@@ -5,7 +5,7 @@
 //! stably, so that building costs O(N log N). Splitting a list by index, not space by a plane, leaves two non-empty children even
 //! where all centroids coincide.
 
-use super::tree::{Bvh, BvhNode};
+use super::tree::{Bvh, BvhNode, BvhNodeKind};
 use crate::aabb::Aabb;
 use crate::triangle::PreparedTriangle;
 use rayon::prelude::*;
@@ -38,6 +38,9 @@ pub(crate) const MAX_TRIANGLES: usize = 1 << 27;
 
 /// Below this many primitives a subtree is built on one thread.
 const PARALLEL_THRESHOLD: usize = 4096;
+
+/// A node whose place is taken but whose content is not known yet; also the root of an empty tree.
+const PENDING: BvhNode = BvhNode { bounds: Aabb::EMPTY, kind: BvhNodeKind::Leaf { first: 0, count: 0 } };
 
 /// A node of the tree under construction, before its final index is known.
 enum Draft {
@@ -80,8 +83,7 @@ impl Bvh {
         assert!(options.max_depth <= BvhOptions::MAX_DEPTH);
         assert!(triangles.len() <= 1_usize << options.max_depth.min(40));
         if triangles.is_empty() {
-            let root = BvhNode::leaf(Aabb::EMPTY, 0, 0);
-            return Self { nodes: vec![root], references: Vec::new(), triangles: Vec::new(), depth: 0 };
+            return Self::from_nodes(&[PENDING], Vec::new(), Vec::new(), 0);
         }
         let boxes: Vec<Aabb> = triangles.par_iter().map(Aabb::of_triangle).collect();
         let mut lists: [Vec<u32>; 3] =
@@ -104,12 +106,12 @@ impl Bvh {
             depth: 0,
         });
 
-        let mut nodes = vec![BvhNode::leaf(Aabb::EMPTY, 0, 0)];
+        let mut nodes = vec![PENDING];
         let depth = place(draft, 0, 0, &mut nodes);
         // Every leaf left its primitives, in order, in all three lists.
         let [references, ..] = lists;
         let prepared = references.iter().map(|&id| PreparedTriangle::from(&triangles[id as usize])).collect();
-        let bvh = Self { nodes, references, triangles: prepared, depth };
+        let bvh = Self::from_nodes(&nodes, references, prepared, depth);
         debug_assert!(triangles.len() > 50_000 || bvh.validate(triangles) == Ok(()));
         bvh
     }
@@ -242,13 +244,13 @@ fn stable_partition(list: &mut [u32], scratch: &mut [u32], is_left: impl Fn(u32)
 fn place(draft: Draft, index: usize, depth: u32, nodes: &mut Vec<BvhNode>) -> u32 {
     match draft {
         Draft::Leaf { bounds, first, count } => {
-            nodes[index] = BvhNode::leaf(bounds, first, count);
+            nodes[index] = BvhNode { bounds, kind: BvhNodeKind::Leaf { first, count } };
             depth
         }
         Draft::Inner { bounds, axis, children } => {
             let left = nodes.len();
-            nodes[index] = BvhNode::inner(bounds, axis, left as u32);
-            nodes.extend([BvhNode::leaf(Aabb::EMPTY, 0, 0); 2]);
+            nodes[index] = BvhNode { bounds, kind: BvhNodeKind::Inner { axis, left: left as u32 } };
+            nodes.extend([PENDING; 2]);
             let [low, high] = *children;
             let low = place(low, left, depth + 1, nodes);
             low.max(place(high, left + 1, depth + 1, nodes))

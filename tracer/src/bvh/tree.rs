@@ -4,25 +4,16 @@ use crate::aabb::Aabb;
 use crate::triangle::PreparedTriangle;
 use glam::Vec3;
 
-/// One node in 32 bytes: min xyz, link, max xyz, meta.
-///
-/// Siblings are neighbours, the right one after the left one; node 0 is the root, so that pairs begin at odd indices. By
-/// definition inner nodes hold no primitives; only leaves do.
+/// One node, unpacked: its box and its links.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(32))]
 pub struct BvhNode {
-    min: Vec3,
-    link: u32,
-    max: Vec3,
-    meta: u32,
+    /// The box around everything below.
+    pub bounds: Aabb,
+    /// Children or primitives.
+    pub kind: BvhNodeKind,
 }
 
-const _: () = assert!(size_of::<BvhNode>() == 32);
-
-/// Set in `meta` of an inner node, whose two low bits hold the axis; otherwise `meta` is a leaf's count.
-const INNER: u32 = 1 << 31;
-
-/// A node, unpacked.
+/// What a node leads to. By definition inner nodes hold no primitives; only leaves do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BvhNodeKind {
     /// Children `left` and `left + 1`, separated on `axis`: the left child's centroids lie lower.
@@ -41,17 +32,43 @@ pub enum BvhNodeKind {
     },
 }
 
-/// A node's link and meta words: what a traversal must remember to come back to the node without fetching it again.
-#[derive(Clone, Copy, Debug)]
+/// A node's links, packed: what a traversal must remember to come back to the node without fetching it again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
 pub(crate) struct NodeRef {
+    /// Left child, or first position in the reference list.
     pub(crate) link: u32,
+    /// Of an inner node [`NodeRef::INNER`] and the axis in the two low bits; of a leaf its count.
     meta: u32,
 }
 
 impl NodeRef {
+    const INNER: u32 = 1 << 31;
+
+    fn pack(kind: BvhNodeKind) -> Self {
+        match kind {
+            BvhNodeKind::Inner { axis, left } => {
+                debug_assert!(axis < 3);
+                Self { link: left, meta: Self::INNER | axis as u32 }
+            }
+            BvhNodeKind::Leaf { first, count } => {
+                debug_assert!(count < Self::INNER);
+                Self { link: first, meta: count }
+            }
+        }
+    }
+
+    fn unpack(self) -> BvhNodeKind {
+        if self.is_inner() {
+            BvhNodeKind::Inner { axis: self.axis(), left: self.link }
+        } else {
+            BvhNodeKind::Leaf { first: self.link, count: self.count() }
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn is_inner(self) -> bool {
-        self.meta & INNER != 0
+        self.meta & Self::INNER != 0
     }
 
     /// Reference count of a leaf.
@@ -68,43 +85,51 @@ impl NodeRef {
     }
 }
 
-impl BvhNode {
-    pub(crate) fn inner(bounds: Aabb, axis: usize, left: u32) -> Self {
-        debug_assert!(axis < 3);
-        Self { min: bounds.min, link: left, max: bounds.max, meta: INNER | axis as u32 }
-    }
+/// Two siblings in one 64-byte cache line: their boxes axis by axis, so that one four-lane operation serves both nodes and
+/// both planes of an axis, and their links.
+///
+/// This is how the tracer stores nodes on the machine it runs on. The records of the modelled GPU are the replay's business.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct NodePair {
+    /// Per axis: left min, right min, left max, right max.
+    pub(crate) planes: [f32; 12],
+    pub(crate) left: NodeRef,
+    pub(crate) right: NodeRef,
+}
 
-    pub(crate) fn leaf(bounds: Aabb, first: u32, count: u32) -> Self {
-        debug_assert!(count < INNER);
-        Self { min: bounds.min, link: first, max: bounds.max, meta: count }
-    }
+const _: () = assert!(size_of::<NodePair>() == 64);
 
-    /// The node's box.
-    #[inline(always)]
-    pub fn bounds(&self) -> Aabb {
-        Aabb { min: self.min, max: self.max }
-    }
-
-    #[inline(always)]
-    pub(crate) fn reference(&self) -> NodeRef {
-        NodeRef { link: self.link, meta: self.meta }
-    }
-
-    /// What the node is.
-    pub fn kind(&self) -> BvhNodeKind {
-        let node = self.reference();
-        if node.is_inner() {
-            BvhNodeKind::Inner { axis: node.axis(), left: node.link }
-        } else {
-            BvhNodeKind::Leaf { first: node.link, count: node.count() }
+impl NodePair {
+    pub(super) fn new(left: &BvhNode, right: &BvhNode) -> Self {
+        let mut planes = [0.0; 12];
+        for axis in 0..3 {
+            planes[4 * axis] = left.bounds.min[axis];
+            planes[4 * axis + 1] = right.bounds.min[axis];
+            planes[4 * axis + 2] = left.bounds.max[axis];
+            planes[4 * axis + 3] = right.bounds.max[axis];
         }
+        Self { planes, left: NodeRef::pack(left.kind), right: NodeRef::pack(right.kind) }
+    }
+
+    /// The left node (`side` 0) or the right one (1).
+    #[inline(always)]
+    pub(super) fn side(&self, side: usize) -> (Aabb, NodeRef) {
+        let corner = |at: usize| Vec3::new(self.planes[at], self.planes[at + 4], self.planes[at + 8]);
+        let links = if side == 0 { self.left } else { self.right };
+        (Aabb { min: corner(side), max: corner(side + 2) }, links)
     }
 }
 
 /// A binary BVH over triangles; every triangle is in exactly one leaf.
+///
+/// Node 0 is the root; siblings are neighbours, the left one at an odd index. A pair lies before the pairs below it.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    pub(crate) nodes: Vec<BvhNode>,
+    pub(crate) root_bounds: Aabb,
+    pub(crate) root: NodeRef,
+    /// Nodes 1 and 2, 3 and 4, ...
+    pub(crate) pairs: Vec<NodePair>,
     pub(crate) references: Vec<u32>,
     /// In reference order.
     pub(crate) triangles: Vec<PreparedTriangle>,
@@ -125,9 +150,61 @@ pub struct BvhStatistics {
 }
 
 impl Bvh {
-    /// Nodes; root first, siblings adjacent.
-    pub fn nodes(&self) -> &[BvhNode] {
-        &self.nodes
+    /// Stores nodes, root first, siblings adjacent.
+    pub(super) fn from_nodes(
+        nodes: &[BvhNode],
+        references: Vec<u32>,
+        triangles: Vec<PreparedTriangle>,
+        depth: u32,
+    ) -> Self {
+        let (root, rest) = nodes.split_first().expect("there is always a root");
+        Self {
+            root_bounds: root.bounds,
+            root: NodeRef::pack(root.kind),
+            pairs: rest.chunks_exact(2).map(|pair| NodePair::new(&pair[0], &pair[1])).collect(),
+            references,
+            triangles,
+            depth,
+        }
+    }
+
+    /// Number of nodes; odd.
+    pub fn node_count(&self) -> u32 {
+        2 * self.pairs.len() as u32 + 1
+    }
+
+    /// Node `index`.
+    ///
+    /// # Panics
+    /// When there is no such node.
+    pub fn node(&self, index: u32) -> BvhNode {
+        let (bounds, links) = self.packed_node(index);
+        BvhNode { bounds, kind: links.unpack() }
+    }
+
+    /// All nodes, root first.
+    pub fn nodes(&self) -> impl Iterator<Item = BvhNode> {
+        (0..self.node_count()).map(|index| self.node(index))
+    }
+
+    /// Box and packed links of node `index`.
+    #[inline(always)]
+    pub(super) fn packed_node(&self, index: u32) -> (Aabb, NodeRef) {
+        match index.checked_sub(1) {
+            None => (self.root_bounds, self.root),
+            Some(below) => self.pairs[(below / 2) as usize].side((below % 2) as usize),
+        }
+    }
+
+    /// The pair of nodes `left` and `left + 1`.
+    #[inline(always)]
+    pub(super) fn pair(&self, left: u32) -> &NodePair {
+        debug_assert!(left % 2 == 1);
+        let index = (left / 2) as usize;
+        debug_assert!(index < self.pairs.len());
+        // SAFETY: `left` is the link of an inner node. `Bvh::build`, the only constructor, gives every inner node a pair of
+        // children that exists; `Bvh::validate` checks it in debug builds. The safe twin is `packed_node`.
+        unsafe { self.pairs.get_unchecked(index) }
     }
 
     /// Triangle indices (file order) of all leaves: a permutation.
@@ -143,13 +220,12 @@ impl Bvh {
     /// Expected cost of a random ray that meets the root (surface area heuristic, Goldsmith & Salmon 1987):
     /// `(Ct * sum of inner areas + Ci * sum of count * leaf area) / root area`. `None` when the root has no area.
     pub fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
-        let root = self.nodes[0].bounds().half_area();
+        let root = self.root_bounds.half_area();
         let total: f64 = self
-            .nodes
-            .iter()
+            .nodes()
             .map(|node| {
-                let area = node.bounds().half_area();
-                match node.kind() {
+                let area = node.bounds.half_area();
+                match node.kind {
                     BvhNodeKind::Inner { .. } => traversal_cost * area,
                     BvhNodeKind::Leaf { count, .. } => intersection_cost * f64::from(count) * area,
                 }
@@ -161,13 +237,13 @@ impl Bvh {
     /// Counts over all nodes.
     pub fn statistics(&self) -> BvhStatistics {
         let counts = || {
-            self.nodes.iter().filter_map(|node| match node.kind() {
+            self.nodes().filter_map(|node| match node.kind {
                 BvhNodeKind::Leaf { count, .. } => Some(count),
                 BvhNodeKind::Inner { .. } => None,
             })
         };
         BvhStatistics {
-            nodes: self.nodes.len() as u64,
+            nodes: u64::from(self.node_count()),
             leaves: counts().count() as u64,
             largest_leaf: counts().max().unwrap_or(0),
             depth: self.depth,
@@ -181,13 +257,14 @@ impl Bvh {
     /// A sentence that names the first node that breaks a rule.
     pub fn validate(&self, triangles: &[scenes::Triangle]) -> Result<(), String> {
         let mut seen = vec![false; triangles.len()];
-        let mut reached = 0_usize;
-        let mut pending = vec![(0_u32, self.nodes[0].bounds(), 0_u32)];
+        let mut reached = 0;
+        let mut pending = vec![(0_u32, self.root_bounds, 0_u32)];
         while let Some((index, outer, depth)) = pending.pop() {
-            let node =
-                self.nodes.get(index as usize).ok_or_else(|| format!("node {index} does not exist"))?;
+            if index >= self.node_count() {
+                return Err(format!("node {index} does not exist"));
+            }
+            let BvhNode { bounds, kind } = self.node(index);
             reached += 1;
-            let bounds = node.bounds();
             if self.references.is_empty() {
                 break;
             }
@@ -197,9 +274,12 @@ impl Bvh {
             if depth > self.depth {
                 return Err(format!("node {index} is deeper than the stated depth {}", self.depth));
             }
-            match node.kind() {
+            match kind {
                 BvhNodeKind::Inner { left, .. } if left <= index => {
                     return Err(format!("node {index} links back to {left}"));
+                }
+                BvhNodeKind::Inner { left, .. } if left % 2 == 0 => {
+                    return Err(format!("node {index} links to {left}, which is not the left one of a pair"));
                 }
                 BvhNodeKind::Inner { left, .. } => {
                     pending.extend([(left + 1, bounds, depth + 1), (left, bounds, depth + 1)]);
@@ -227,8 +307,8 @@ impl Bvh {
         if let Some(missing) = seen.iter().position(|&seen| !seen) {
             return Err(format!("triangle {missing} is in no leaf"));
         }
-        if reached != self.nodes.len() {
-            return Err(format!("{} nodes, but only {reached} are reachable", self.nodes.len()));
+        if reached != self.node_count() {
+            return Err(format!("{} nodes, but {reached} are reached", self.node_count()));
         }
         Ok(())
     }

@@ -64,20 +64,53 @@ impl KdNode {
             }
         }
     }
+
+    /// The same node in a tree where children lie `nodes` and references `references` further back.
+    pub(super) fn moved(self, nodes: u32, references: u32) -> Self {
+        match self.kind() {
+            KdNodeKind::Inner { axis, split, left } => Self::inner(axis, split, left + nodes),
+            KdNodeKind::Leaf { first, count } => Self::leaf(first + references, count),
+        }
+    }
 }
 
 /// A kd-tree over triangles: the cells partition `bounds`; a triangle is referenced by every leaf that its box (or, with perfect
-/// splits, the triangle itself) overlaps.
+/// splits, the triangle itself) overlaps. A triangle in a split plane belongs to the leaves on one side of it.
+///
+/// [`KdTree::build`] is the only constructor, so that traversals can rely on what [`KdTree::validate`] checks.
 #[derive(Clone, Debug)]
 pub struct KdTree {
-    /// Nodes; siblings adjacent, root first.
-    pub nodes: Vec<KdNode>,
-    /// Triangle indices (file order) of all leaves, one after the other.
-    pub references: Vec<u32>,
-    /// Box of the whole scene; [`Aabb::EMPTY`] without triangles.
-    pub bounds: Aabb,
-    /// Longest path from the root, in edges.
-    pub depth: u32,
+    pub(crate) nodes: Vec<KdNode>,
+    pub(crate) references: Vec<u32>,
+    pub(crate) bounds: Aabb,
+    pub(crate) depth: u32,
     /// Triangles in file order, prepared for the test.
     pub(crate) triangles: Vec<PreparedTriangle>,
+}
+
+impl KdTree {
+    /// Nodes; siblings adjacent, root first, children behind their parent.
+    pub fn nodes(&self) -> &[KdNode] {
+        &self.nodes
+    }
+
+    /// Triangle indices (file order) of all leaves, one leaf after the other.
+    pub fn references(&self) -> &[u32] {
+        &self.references
+    }
+
+    /// Box of the whole scene; [`Aabb::EMPTY`] without triangles.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Longest path from the root, in edges.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    /// Number of triangles, referenced or not.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
 }

@@ -1,0 +1,49 @@
+//! kd-tree traversal with a full stack: the far child waits while the near one is visited (Havran 2000).
+
+use super::leaf;
+use super::options::KdOptions;
+use super::plane_ray::{Descent, PlaneRay, Visit};
+use super::tree::{KdNodeKind, KdTree};
+use crate::observe::{Observer, Op};
+use crate::ray::{Hit, Query, Ray};
+use std::mem::MaybeUninit;
+
+/// One far child for each level of the deepest tree.
+const CAPACITY: usize = KdOptions::MAX_DEPTH as usize;
+
+/// Traces one ray. Every node is fetched at most once, which bounds the loops: there is nothing to stall on.
+#[inline]
+pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+    let mut best = Hit::miss(ray.t_max);
+    let Some((plane_ray, interval)) = PlaneRay::new(tree, ray, observer) else { return best };
+    let mut stack = [const { MaybeUninit::<Visit>::uninit() }; CAPACITY];
+    let mut top = 0;
+    let mut visit = Visit { node: 0, interval };
+    loop {
+        observer.step(Op::Node, visit.node);
+        match tree.nodes[visit.node as usize].kind() {
+            KdNodeKind::Inner { axis, split, left } => {
+                observer.plane_test();
+                visit = match plane_ray.descend(axis, split, left, visit.interval) {
+                    Descent::One(only) => only,
+                    Descent::Both(near, far) => {
+                        observer.step(Op::Push, top as u32);
+                        stack[top].write(far);
+                        top += 1;
+                        near
+                    }
+                };
+            }
+            KdNodeKind::Leaf { first, count } => {
+                let answered = leaf::intersect(tree, (first, count), ray, query, &mut best, observer);
+                if answered || visit.interval.settles(&best) || top == 0 {
+                    return best;
+                }
+                top -= 1;
+                observer.step(Op::Pop, top as u32);
+                // SAFETY: entries below the old `top` were written by the push above.
+                visit = unsafe { stack[top].assume_init_read() };
+            }
+        }
+    }
+}

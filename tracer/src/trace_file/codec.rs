@@ -1,0 +1,252 @@
+//! Tiles and trees as bytes, before compression.
+//!
+//! Everything is a sequence of variable-length integers (LEB128). Ids are stored as differences from the previous id of the
+//! same kind within the ray, so that neighbouring rays, which visit the same nodes, leave the same bytes.
+
+use crate::observe::{NodeFetch, Op};
+use crate::ray::NO_HIT;
+use crate::topology::{Topology, TopologyNode};
+use crate::trace::{MAX_TILE_STEPS, Step, Tile, TraceHeader};
+
+fn push_varint(bytes: &mut Vec<u8>, mut value: u64) {
+    while value >= 0x80 {
+        bytes.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    bytes.push(value as u8);
+}
+
+fn zigzag(value: i64) -> u64 {
+    (value << 1 ^ value >> 63) as u64
+}
+
+fn unzigzag(value: u64) -> i64 {
+    (value >> 1) as i64 ^ -((value & 1) as i64)
+}
+
+/// Ids of one kind lie near each other: which kind a step's id belongs to.
+fn kind(op: Op) -> usize {
+    match op {
+        Op::Node | Op::Up | Op::Restart => 0,
+        Op::Primitive | Op::AnyHit => 1,
+        Op::Push | Op::Pop => 2,
+        Op::Instance => 3,
+    }
+}
+
+const KINDS: usize = 4;
+
+/// Encodes a tile.
+pub(super) fn encode_tile(tile: &Tile) -> Vec<u8> {
+    let steps: usize = tile.ray_sets.iter().map(|set| set.steps.len()).sum();
+    let mut bytes = Vec::with_capacity(steps * 2 + 4096);
+    for set in &tile.ray_sets {
+        for ray in 0..set.ends.len() {
+            push_varint(&mut bytes, set.range(ray).len() as u64);
+        }
+        let mut previous = 0;
+        for &hit in &set.hits {
+            let hit = i64::from(hit.wrapping_add(1));
+            push_varint(&mut bytes, zigzag(hit - previous));
+            previous = hit;
+        }
+        for ray in 0..set.ends.len() {
+            let mut previous = [0_i64; KINDS];
+            for step in &set.steps[set.range(ray)] {
+                let previous = &mut previous[kind(step.op())];
+                let id = i64::from(step.id());
+                push_varint(&mut bytes, zigzag(id - *previous) << 3 | step.op() as u64);
+                *previous = id;
+            }
+        }
+    }
+    bytes
+}
+
+/// Reads variable-length integers; a problem is a sentence.
+struct Reader<'a> {
+    bytes: &'a [u8],
+    position: usize,
+}
+
+impl Reader<'_> {
+    #[inline]
+    fn varint(&mut self) -> Result<u64, String> {
+        let mut value = 0;
+        for shift in (0..64).step_by(7) {
+            let byte = *self.bytes.get(self.position).ok_or("the data end inside a number")?;
+            self.position += 1;
+            value |= u64::from(byte & 0x7f) << shift;
+            if byte < 0x80 {
+                return Ok(value);
+            }
+        }
+        Err("a number of more than 64 bits".to_owned())
+    }
+
+    fn bounded(&mut self, limit: u64, what: &str) -> Result<u64, String> {
+        let value = self.varint()?;
+        if value > limit { Err(format!("{what} {value}, at most {limit} expected")) } else { Ok(value) }
+    }
+
+    fn finish(&self) -> Result<(), String> {
+        match self.bytes.len() - self.position {
+            0 => Ok(()),
+            rest => Err(format!("{rest} bytes left over")),
+        }
+    }
+}
+
+/// What ids a step may have.
+pub(super) struct Limits {
+    /// Per op, one more than the largest id.
+    ids: [u64; Op::ALL.len()],
+    triangles: u64,
+    ray_sets: usize,
+}
+
+impl Limits {
+    pub(super) fn new(header: &TraceHeader, topology: &Topology) -> Self {
+        let nodes = topology.nodes.len() as u64;
+        let references = topology.references.len() as u64;
+        let stack = u64::from(header.stack_entries.max(header.short_stack));
+        let ids = Op::ALL.map(|op| match op {
+            // A pair reads `id + 1` too, except for the root, which is always there.
+            Op::Node if header.node_fetch == NodeFetch::Pair => nodes.saturating_sub(1).max(1),
+            Op::Node | Op::Up | Op::Restart => nodes,
+            Op::Push | Op::Pop => stack,
+            Op::Primitive | Op::AnyHit => references,
+            Op::Instance => 0,
+        });
+        Self { ids, triangles: u64::from(topology.triangles), ray_sets: header.ray_sets.len() }
+    }
+}
+
+/// Decodes a tile of `rays` rays per set, checking every id.
+pub(super) fn decode_tile(bytes: &[u8], rays: usize, limits: &Limits, tile: &mut Tile) -> Result<(), String> {
+    let mut reader = Reader { bytes, position: 0 };
+    tile.ray_sets.resize_with(limits.ray_sets, Default::default);
+    for set in &mut tile.ray_sets {
+        set.clear();
+        let mut end = 0;
+        for _ in 0..rays {
+            end += reader.bounded(MAX_TILE_STEPS as u64, "a ray with a number of steps of")?;
+            if end > MAX_TILE_STEPS as u64 {
+                return Err(format!("a tile of more than {MAX_TILE_STEPS} steps"));
+            }
+            set.ends.push(end as u32);
+        }
+        let mut previous = 0_i64;
+        for _ in 0..rays {
+            previous = previous.wrapping_add(unzigzag(reader.varint()?));
+            if previous < 0 || previous as u64 > limits.triangles {
+                return Err(format!("a hit of a triangle that is not among the {}", limits.triangles));
+            }
+            set.hits.push((previous as u32).wrapping_sub(1));
+            debug_assert!(previous > 0 || set.hits.last() == Some(&NO_HIT));
+        }
+        // A step takes at least one byte, so the claimed number cannot make the vector larger than the data.
+        set.steps.reserve((end as usize).min(bytes.len()));
+        let mut start = 0;
+        for &end in &set.ends {
+            let mut previous = [0_i64; KINDS];
+            for _ in start..end {
+                let token = reader.varint()?;
+                let op = Op::ALL[(token & 7) as usize];
+                let previous = &mut previous[kind(op)];
+                *previous = previous.wrapping_add(unzigzag(token >> 3));
+                let limit = limits.ids[op as usize];
+                if *previous < 0 || *previous as u64 >= limit || *previous > i64::from(Step::MAX_ID) {
+                    return Err(format!("a {op:?} step with id {previous}, below {limit} expected"));
+                }
+                set.steps.push(Step::new(op, *previous as u32));
+            }
+            start = end;
+        }
+    }
+    reader.finish()
+}
+
+/// Encodes a tree's shape.
+pub(super) fn encode_topology(topology: &Topology) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(topology.nodes.len() * 4 + topology.references.len() * 4);
+    push_varint(&mut bytes, topology.nodes.len() as u64);
+    push_varint(&mut bytes, topology.references.len() as u64);
+    push_varint(&mut bytes, u64::from(topology.triangles));
+    // Links and first positions grow through the list: differences are small. The low bit tells inner nodes (0) from leaves.
+    let (mut link, mut position) = (0_i64, 0_i64);
+    for node in &topology.nodes {
+        match *node {
+            TopologyNode::Inner { left } => {
+                push_varint(&mut bytes, zigzag(i64::from(left) - link) << 1);
+                link = i64::from(left);
+            }
+            TopologyNode::Leaf { first, count } => {
+                push_varint(&mut bytes, zigzag(i64::from(first) - position) << 1 | 1);
+                push_varint(&mut bytes, u64::from(count));
+                position = i64::from(first) + i64::from(count);
+            }
+        }
+    }
+    let mut previous = 0;
+    for &reference in &topology.references {
+        push_varint(&mut bytes, zigzag(i64::from(reference) - previous));
+        previous = i64::from(reference);
+    }
+    bytes
+}
+
+/// Decodes and validates a tree's shape.
+pub(super) fn decode_topology(bytes: &[u8]) -> Result<Topology, String> {
+    let mut reader = Reader { bytes, position: 0 };
+    let most = u64::from(Step::MAX_ID);
+    let nodes = reader.bounded(most, "a number of nodes of")? as usize;
+    let references = reader.bounded(most, "a number of references of")? as usize;
+    let triangles = reader.bounded(most, "a number of triangles of")? as u32;
+    let mut topology = Topology {
+        nodes: Vec::with_capacity(nodes.min(bytes.len())),
+        references: Vec::with_capacity(references.min(bytes.len())),
+        triangles,
+    };
+    let to_u32 = |value: i64| u32::try_from(value).map_err(|_| format!("a link or position of {value}"));
+    let (mut link, mut position) = (0_i64, 0_i64);
+    for _ in 0..nodes {
+        let token = reader.varint()?;
+        let difference = unzigzag(token >> 1);
+        topology.nodes.push(if token & 1 == 0 {
+            link = link.wrapping_add(difference);
+            TopologyNode::Inner { left: to_u32(link)? }
+        } else {
+            let first = to_u32(position.wrapping_add(difference))?;
+            let count = reader.bounded(most, "a leaf's number of references of")? as u32;
+            position = i64::from(first) + i64::from(count);
+            TopologyNode::Leaf { first, count }
+        });
+    }
+    let mut previous = 0_i64;
+    for _ in 0..references {
+        previous = previous.wrapping_add(unzigzag(reader.varint()?));
+        topology.references.push(to_u32(previous)?);
+    }
+    reader.finish()?;
+    topology.validate()?;
+    Ok(topology)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn varints_and_zigzag_round_trip_at_the_edges() {
+        let values = [0, 1, 0x7f, 0x80, 0x3fff, 0x4000, u64::from(u32::MAX), u64::MAX];
+        let mut bytes = Vec::new();
+        values.iter().for_each(|&value| push_varint(&mut bytes, value));
+        let mut reader = Reader { bytes: &bytes, position: 0 };
+        assert!(values.iter().all(|&value| reader.varint() == Ok(value)));
+        assert_eq!(reader.finish(), Ok(()));
+        for value in [0, 1, -1, i64::MAX, i64::MIN] {
+            assert_eq!(unzigzag(zigzag(value)), value);
+        }
+    }
+}

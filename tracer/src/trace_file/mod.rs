@@ -1,0 +1,32 @@
+//! The trace file (`.rbt`): a header, the tree's shape, compressed and checksummed tiles, an index, a trailer.
+//!
+//! `docs/trace-format.md` describes it byte for byte, so that other renderers can write one.
+
+mod codec;
+mod reader;
+mod writer;
+
+pub use reader::TraceFile;
+pub use writer::{EncodedTile, TraceWriter};
+
+/// First bytes of a file; the last one is the format version.
+const MAGIC: [u8; 8] = *b"RBTRACE\x01";
+/// Last bytes of a finished file.
+const END_MAGIC: [u8; 8] = *b"RBTREND\x01";
+/// Bytes of the trailer: index offset, number of tiles, of steps, of stalls, checksum, end magic.
+const TRAILER_BYTES: u64 = 48;
+/// Bytes before a chunk's payload: compressed and raw length.
+const CHUNK_HEAD_BYTES: u64 = 8;
+/// Most bytes of header text.
+const MAX_HEADER_BYTES: u32 = 1 << 20;
+/// Most bytes of a chunk, compressed or raw: a reader's memory is bounded by a few of them.
+const MAX_CHUNK_BYTES: u32 = 1 << 29;
+
+/// Seeds of the checksums, so that a piece in the wrong place does not pass for another.
+const HEADER_SEED: u64 = 0;
+const STRUCTURE_SEED: u64 = 1;
+const INDEX_SEED: u64 = 2;
+const TRAILER_SEED: u64 = 3;
+const fn tile_seed(index: u32) -> u64 {
+    1 << 32 | index as u64
+}
