@@ -8,10 +8,10 @@ use tracer::kd::{FlatCells, KdCells, KdOptions, KdTree, Splits, backtrack, push_
 use tracer::{Hit, Observer, Op, PreparedTriangle, Query, Ray};
 
 /// splitmix64 (Steele, Lea & Flood 2014).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -19,22 +19,22 @@ impl Random {
         z ^ z >> 31
     }
 
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
     /// In `[-1, 1)`.
-    pub fn signed(&mut self) -> f32 {
+    pub(crate) fn signed(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
 
-    pub fn point(&mut self) -> Vec3 {
+    pub(crate) fn point(&mut self) -> Vec3 {
         Vec3::new(self.signed(), self.signed(), self.signed())
     }
 }
 
 /// Triangles of mixed size in the cube `[-1, 1]^3`.
-pub fn soup(count: usize, seed: u64) -> Vec<Triangle> {
+pub(crate) fn soup(count: usize, seed: u64) -> Vec<Triangle> {
     let mut random = Random(seed);
     (0..count)
         .map(|_| {
@@ -46,7 +46,7 @@ pub fn soup(count: usize, seed: u64) -> Vec<Triangle> {
 }
 
 /// A box of `n` by `n` unit quads on each face of a cube at integer coordinates: flat triangles, shared edges, splits at vertices.
-pub fn quads(n: i32) -> Vec<Triangle> {
+pub(crate) fn quads(n: i32) -> Vec<Triangle> {
     let mut all = Vec::new();
     for axis in 0..3 {
         for level in [0, n / 2, n] {
@@ -69,13 +69,13 @@ pub fn quads(n: i32) -> Vec<Triangle> {
 }
 
 /// A ray from anywhere near the scene in any direction.
-pub fn random_ray(random: &mut Random, low: Vec3, high: Vec3) -> Ray {
+pub(crate) fn random_ray(random: &mut Random, low: Vec3, high: Vec3) -> Ray {
     let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);
     Ray::new(centre + 1.5 * half * random.point(), random.point())
 }
 
 /// A ray along an axis, other components 0.0 or -0.0, from coordinates that vertices have.
-pub fn axis_ray(random: &mut Random, triangles: &[Triangle]) -> Ray {
+pub(crate) fn axis_ray(random: &mut Random, triangles: &[Triangle]) -> Ray {
     let mut vertex = || triangles[random.below(triangles.len())].v[random.below(3)];
     let mut origin = Vec3::new(vertex().x, vertex().y, vertex().z);
     let axis = random.below(3);
@@ -88,20 +88,20 @@ pub fn axis_ray(random: &mut Random, triangles: &[Triangle]) -> Ray {
 }
 
 /// A ray through a vertex or the middle of an edge.
-pub fn corner_ray(random: &mut Random, triangles: &[Triangle], low: Vec3, high: Vec3) -> Ray {
+pub(crate) fn corner_ray(random: &mut Random, triangles: &[Triangle], low: Vec3, high: Vec3) -> Ray {
     let v = triangles[random.below(triangles.len())].v;
     let target = if random.below(2) == 0 { v[0] } else { (v[0] + v[1]) * 0.5 };
     let origin = random_ray(random, low, high).origin;
     Ray::new(origin, target - origin)
 }
 
-pub fn bounds(triangles: &[Triangle]) -> (Vec3, Vec3) {
+pub(crate) fn bounds(triangles: &[Triangle]) -> (Vec3, Vec3) {
     let corners = || triangles.iter().flat_map(|t| t.v);
     (corners().fold(Vec3::INFINITY, Vec3::min), corners().fold(Vec3::NEG_INFINITY, Vec3::max))
 }
 
 /// Tests every triangle: nearest hit, lowest index among equal distances.
-pub fn brute_force(prepared: &[PreparedTriangle], ray: &Ray) -> Hit {
+pub(crate) fn brute_force(prepared: &[PreparedTriangle], ray: &Ray) -> Hit {
     let mut best = Hit::miss(ray.t_max);
     for (primitive, triangle) in (0..).zip(prepared) {
         if let Some((t, u, v)) = triangle.intersect(ray, best.t)
@@ -114,22 +114,22 @@ pub fn brute_force(prepared: &[PreparedTriangle], ray: &Ray) -> Hit {
 }
 
 /// All traversals of one tree.
-pub struct Traversals {
-    pub tree: KdTree,
-    pub cells: KdCells,
+pub(crate) struct Traversals {
+    pub(crate) tree: KdTree,
+    pub(crate) cells: KdCells,
 }
 
-pub const NAMES: [&str; 7] =
+pub(crate) const NAMES: [&str; 7] =
     ["stack", "restart", "push-down", "push-down + 1", "push-down + 3", "push-down + 64", "backtrack"];
 
 impl Traversals {
-    pub fn new(triangles: &[Triangle], options: &KdOptions) -> Self {
+    pub(crate) fn new(triangles: &[Triangle], options: &KdOptions) -> Self {
         let tree = KdTree::build(triangles, options).unwrap();
         let cells = KdCells::new(&tree);
         Self { tree, cells }
     }
 
-    pub fn trace<O: Observer>(&self, name: usize, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+    pub(crate) fn trace<O: Observer>(&self, name: usize, ray: &Ray, query: Query, observer: &mut O) -> Hit {
         let tree = &self.tree;
         match name {
             0 => stack::trace(tree, ray, query, observer),
@@ -144,7 +144,7 @@ impl Traversals {
 }
 
 /// Every kind of tree that options can ask for.
-pub fn all_options() -> Vec<KdOptions> {
+pub(crate) fn all_options() -> Vec<KdOptions> {
     let mut all = Vec::new();
     for splits in [Splits::BoundingBox, Splits::Perfect] {
         for flat_cells in [FlatCells::Allowed, FlatCells::Forbidden] {
@@ -158,11 +158,11 @@ pub fn all_options() -> Vec<KdOptions> {
 
 /// Everything a traversal reports, in order.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub struct Log {
-    pub steps: Vec<(Op, u32)>,
-    pub plane_tests: u32,
-    pub leaf_visits: u32,
-    pub stalls: u32,
+pub(crate) struct Log {
+    pub(crate) steps: Vec<(Op, u32)>,
+    pub(crate) plane_tests: u32,
+    pub(crate) leaf_visits: u32,
+    pub(crate) stalls: u32,
 }
 
 impl Observer for Log {
@@ -181,18 +181,18 @@ impl Observer for Log {
 }
 
 impl Log {
-    pub fn of(&self, op: Op) -> impl Iterator<Item = u32> {
+    pub(crate) fn of(&self, op: Op) -> impl Iterator<Item = u32> {
         self.steps.iter().filter(move |step| step.0 == op).map(|step| step.1)
     }
 
     /// Records read: nodes and ancestors.
-    pub fn fetches(&self) -> usize {
+    pub(crate) fn fetches(&self) -> usize {
         self.of(Op::Node).count() + self.of(Op::Up).count()
     }
 }
 
 /// The triangles of a real scene, or `None` with a visible note when it is not at hand.
-pub fn real_scene(name: &str) -> Option<Vec<Triangle>> {
+pub(crate) fn real_scene(name: &str) -> Option<Vec<Triangle>> {
     let file = real_scene_path(name);
     if !file.exists() {
         eprintln!("skipped: {} is not at hand", file.display());
