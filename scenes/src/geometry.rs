@@ -10,10 +10,10 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// True when the corners lie on one line or one point, so that the triangle has no area at all.
+    /// True when the corners lie on one line or one point, so that the triangle has no area.
     ///
-    /// Computed in f64 from the f32 corners: the differences and products are then exact for all but extreme
-    /// coordinates, so thin slivers are not mistaken for degenerate triangles.
+    /// Computed in f64, where edges of f32 corners are exact unless their exponents differ by more than 29: thin
+    /// slivers, and triangles whose area f32 could not hold, do not count as degenerate.
     pub fn is_degenerate(&self) -> bool {
         let [a, b, c] = self.v.map(Vec3::as_dvec3);
         (b - a).cross(c - a) == glam::DVec3::ZERO

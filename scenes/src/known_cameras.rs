@@ -10,15 +10,9 @@ use std::sync::OnceLock;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct KnownCamera {
-    view: Option<Camera>,
+    pub(crate) view: Option<Camera>,
     pub(crate) up: Option<Vec3>,
     pub(crate) light: Option<Vec3>,
-}
-
-impl KnownCamera {
-    pub(crate) fn camera(&self) -> Option<Camera> {
-        self.view
-    }
 }
 
 /// The entry for a scene called `stem`.

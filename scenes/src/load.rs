@@ -92,14 +92,14 @@ pub(crate) fn load_geometry(path: &Path, format: Format) -> Result<Geometry, Err
     let place = path.display().to_string();
     match format {
         Format::Obj => {
-            let file = BufReader::with_capacity(1 << 18, Capped::new(open(path)?));
+            let file = BufReader::with_capacity(1 << 18, Capped::new(open(path)?, MAX_FILE_BYTES));
             with_materials(obj::read(file, &place)?, path)
         }
         Format::ObjZst => {
             let decoder = zstd::Decoder::new(open(path)?).map_err(|e| {
                 Error::new(&place, format!("cannot decompress: {e}"), "give a zstd-compressed OBJ")
             })?;
-            let file = BufReader::with_capacity(1 << 18, Capped::new(decoder));
+            let file = BufReader::with_capacity(1 << 18, Capped::new(decoder, MAX_FILE_BYTES));
             with_materials(obj::read(file, &place)?, path)
         }
         Format::Gltf => gltf::load(path),
@@ -132,26 +132,27 @@ pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// A reader that fails, rather than ends, after [`MAX_FILE_BYTES`].
+/// A reader that fails, rather than ends, once more than `limit` bytes came through.
 struct Capped<R> {
     inner: R,
-    left: u64,
+    limit: u64,
+    read: u64,
 }
 
 impl<R> Capped<R> {
-    fn new(inner: R) -> Self {
-        Capped { inner, left: MAX_FILE_BYTES }
+    fn new(inner: R, limit: u64) -> Self {
+        Capped { inner, limit, read: 0 }
     }
 }
 
 impl<R: Read> Read for Capped<R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let read = self.inner.read(buffer)?;
-        self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
-            std::io::Error::other(format!(
-                "more than {MAX_FILE_BYTES} bytes of text, the most this loader takes"
-            ))
-        })?;
+        self.read += read as u64;
+        if self.read > self.limit {
+            let problem = format!("more than {} bytes of text, the most this loader takes", self.limit);
+            return Err(std::io::Error::other(problem));
+        }
         Ok(read)
     }
 }
@@ -174,7 +175,7 @@ fn with_materials(file: obj::ObjFile, path: &Path) -> Result<Geometry, Error> {
         match read {
             Ok(bytes) => defined.extend(mtl::parse(&bytes).into_iter().map(|m| (m.name.clone(), m))),
             Err(why) => {
-                notes.push(Note::Missing(format!("The material library {library} was not read: {why}.")))
+                notes.push(Note::Missing(format!("The material library {library} was not read: {why}.")));
             }
         }
     }
@@ -228,7 +229,7 @@ impl Geometry {
         note_degenerate(&mut scene);
         let bounds = scene.bounds();
         let known = known_cameras::find(name);
-        scene.camera = match (camera, self.camera, known.and_then(|k| k.camera())) {
+        scene.camera = match (camera, self.camera, known.and_then(|k| k.view)) {
             (Some(camera), ..) => camera,
             (None, Some(camera), _) => {
                 scene.notes.push(Note::Found("The camera is the first one in the file.".into()));
@@ -286,5 +287,43 @@ fn note_degenerate(scene: &mut Scene) {
         let text =
             format!("{degenerate} of {all} triangles have no area; they are kept, so that ids do not shift.");
         scene.notes.push(Note::Found(text));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+    #[test]
+    fn text_at_the_limit_is_read_and_one_byte_more_is_refused() {
+        let read = |limit| obj::read(BufReader::new(Capped::new(TRIANGLE, limit)), "bomb.obj.zst");
+        assert!(read(TRIANGLE.len() as u64).is_ok());
+        let e = read(TRIANGLE.len() as u64 - 1).unwrap_err();
+        assert!(e.problem().contains("more than 31 bytes"), "{e}");
+    }
+
+    #[test]
+    fn a_bomb_of_line_ends_is_stopped_by_the_limit() {
+        let endless = BufReader::new(Capped::new(std::io::repeat(b'\n'), 1 << 20));
+        assert!(obj::read(endless, "bomb.obj").is_err());
+    }
+
+    #[test]
+    fn stems_lose_one_extension_and_zst() {
+        for (path, name) in [("a/b.obj.zst", "b"), ("b.v2.obj", "b.v2"), ("b.glb", "b"), ("b", "b")] {
+            assert_eq!(stem(Path::new(path)), name);
+        }
+    }
+
+    #[test]
+    fn files_are_found_beside_and_below_but_never_above() {
+        let path = Path::new("dir/a.obj");
+        assert_eq!(beside(path, "sub\\m.mtl"), Some(PathBuf::from("dir/sub/m.mtl")));
+        assert_eq!(beside(path, "./m.mtl"), Some(PathBuf::from("dir/./m.mtl")));
+        for outside in ["../m.mtl", "/etc/m.mtl", "sub/../../m.mtl", "", "..\\m.mtl"] {
+            assert_eq!(beside(path, outside), None, "{outside}");
+        }
     }
 }

@@ -344,11 +344,11 @@ impl<'a> Parser<'a> {
     }
 
     fn take_normals(&mut self, notes: &mut Vec<Note>) -> Result<Option<Normals>, Error> {
+        self.check_largest("normal", self.largest_normal, self.normals.len())?;
         if !self.any_normal_id {
             notes.push(Note::Missing("The file has no shading normals.".into()));
             return Ok(None);
         }
-        self.check_largest("normal", self.largest_normal, self.normals.len())?;
         if let Some(line) = self.bad_normal_line {
             notes.push(Note::Missing(format!(
                 "The normal on line {line} is not finite, so the shading normals of the file were dropped."

@@ -101,5 +101,7 @@ pub(crate) fn load(path: &Path) -> Result<Scene, Error> {
     }
     let geometry = path.parent().unwrap_or(Path::new("")).join(&file.geometry);
     let format = Format::of(&geometry)?;
-    load_geometry(&geometry, format)?.into_scene(&stem(&geometry), file.camera, lights, file.rays)
+    let scene =
+        load_geometry(&geometry, format)?.into_scene(&stem(&geometry), file.camera, lights, file.rays)?;
+    Ok(Scene { name: stem(path), ..scene })
 }

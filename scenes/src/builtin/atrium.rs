@@ -236,13 +236,13 @@ fn curtain(b: &mut Builder, bay: u32, side: f64) {
 /// A pot with long arching leaves, in front of the arcade.
 fn plant(b: &mut Builder, random: &mut SplitMix64, x: f64, side: f64) {
     let foot = DVec3::new(x, 0.0, side * (COURT - 0.8));
-    b.revolve(foot, 16, &[(0.2, 0.0), (0.3, 0.35), (0.28, 0.4), (0.34, 0.45), (0.34, 0.52), (0.0, 0.5)]);
+    b.revolve(foot, 16, &[(0.2, 0.0), (0.3, 0.35), (0.28, 0.4), (0.34, 0.45), (0.34, 0.52), (0.01, 0.5)]);
     for _ in 0..60 {
         let (s, c) = sin_cos(random.unit());
         let (reach, rise, width) =
             (random.between(0.4, 0.9), random.between(0.4, 1.3), random.between(0.02, 0.05));
         b.grid(1, 8, |u, v| {
-            let across = (u * 2.0 - 1.0) * width * (1.0 - v * v);
+            let across = (u * 2.0 - 1.0) * width * (1.0 - 0.95 * v * v);
             let (out, up) = (v * reach, 0.5 + rise * v * (1.6 - v));
             foot + DVec3::new(out * c - across * s, up, out * s + across * c)
         });

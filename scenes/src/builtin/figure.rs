@@ -190,7 +190,7 @@ impl Polygoniser {
         let polygon = match count {
             1 => vec![cross(0, 1), cross(0, 2), cross(0, 3)],
             2 => vec![cross(0, 2), cross(0, 3), cross(1, 3), cross(1, 2)],
-            _ => vec![cross(0, 3), cross(2, 3), cross(1, 3)],
+            _ => vec![cross(0, 3), cross(1, 3), cross(2, 3)],
         };
         for i in 2..polygon.len() {
             let fan = [polygon[0], polygon[i - 1], polygon[i]];

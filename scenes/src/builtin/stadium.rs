@@ -9,7 +9,7 @@ use super::teapot;
 use crate::{Camera, Instance, Light, Material, RaySelection, Scene};
 use glam::{DVec3, Vec3};
 
-/// Steps per teapot patch: 65,280 triangles, more than a third of all in a ten-thousandth of the ground.
+/// Steps per teapot patch: 65,280 triangles, more than a third of all in a thousandth of the ground.
 const TEAPOT_STEPS: u32 = 32;
 const TIERS: u32 = 24;
 const SEGMENTS: u32 = 256;

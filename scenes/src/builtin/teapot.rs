@@ -21,10 +21,10 @@ pub(super) fn scene() -> Scene {
         instances: vec![Instance::identity(0)],
         materials: vec![Material::matte("porcelain", Vec3::splat(0.7))],
         camera: Camera {
-            eye: Vec3::new(4.5, 4.0, 7.0),
-            target: Vec3::new(0.2, 1.4, 0.0),
+            eye: Vec3::new(4.2, 4.2, 8.8),
+            target: Vec3::new(0.4, 1.4, 0.0),
             up: Vec3::Y,
-            vertical_fov_degrees: 38.0,
+            vertical_fov_degrees: 40.0,
         },
         lights: vec![Light::Point { position: Vec3::new(6.0, 9.0, 5.0) }],
         rays: RaySelection::default(),

@@ -61,7 +61,7 @@ pub(super) fn buffers<'a>(
     root: &Root,
     blob: Option<&'a [u8]>,
     name: &str,
-    mut fetch: impl FnMut(&str, u64) -> Result<Vec<u8>, Error>,
+    mut fetch: impl FnMut(&str, u64) -> Result<Vec<u8>, String>,
 ) -> Result<Vec<Cow<'a, [u8]>>, Error> {
     let mut left = MAX_FILE_BYTES;
     let mut all = Vec::with_capacity(root.buffers.len());
@@ -71,7 +71,15 @@ pub(super) fn buffers<'a>(
                 Some(data) => data_uri(data)
                     .ok_or_else(|| Error::new(name, format!("buffers[{index}] is not valid base64"), REMEDY))?
                     .into(),
-                None => fetch(&percent_decoded(uri), left)?.into(),
+                None => {
+                    let file = percent_decoded(uri);
+                    fetch(&file, left)
+                        .map_err(|why| {
+                            let problem = format!("buffers[{index}], the file '{file}', was not read: {why}");
+                            Error::new(name, problem, "put it beside the file and name it by a relative path")
+                        })?
+                        .into()
+                }
             },
             (None, Some(blob)) if index == 0 => blob.into(),
             (None, _) => {

@@ -31,24 +31,19 @@ pub const MAX_JSON_OBJECTS: usize = 1 << 20;
 const HARMLESS_EXTENSIONS: [&str; 3] = ["KHR_materials_", "KHR_texture_", "KHR_lights_punctual"];
 
 pub(crate) fn load(path: &Path) -> Result<Geometry, Error> {
-    let name = path.display().to_string();
     let bytes = read_file(path, MAX_FILE_BYTES)?;
-    parse(&bytes, &name, |uri, limit| match beside(path, uri) {
-        Some(file) => read_file(&file, limit),
-        None => Err(Error::new(
-            &name,
-            format!("the buffer '{uri}' lies outside the folder of the file"),
-            "put it beside the file and name it by a relative path",
-        )),
+    parse(&bytes, &path.display().to_string(), |uri, limit| match beside(path, uri) {
+        Some(file) => read_file(&file, limit).map_err(|e| e.problem().to_owned()),
+        None => Err("it lies outside the folder of the file".to_owned()),
     })
 }
 
-/// Parses a whole `.gltf` or `.glb`. `fetch` returns a buffer file by its decoded relative path, of at most the given
-/// number of bytes; `name` stands for the file in errors.
+/// Parses a whole `.gltf` or `.glb`. `fetch` returns the bytes of a buffer file, at most as many as given, by its
+/// decoded relative path, or says why it cannot; `name` stands for the file in errors.
 pub fn parse(
     bytes: &[u8],
     name: &str,
-    fetch: impl FnMut(&str, u64) -> Result<Vec<u8>, Error>,
+    fetch: impl FnMut(&str, u64) -> Result<Vec<u8>, String>,
 ) -> Result<Geometry, Error> {
     if bytes.is_empty() {
         return Err(Error::new(name, "the file is empty (0 bytes)", "give a glTF 2.0 file"));
@@ -56,7 +51,7 @@ pub fn parse(
     let (text, blob) = container::split(bytes, name)?;
     let root = read_json(text, name)?;
     let buffers = Buffers { bytes: container::buffers(&root, blob, name, fetch)?, root: &root, name };
-    let mut reader = Reader { buffers, vertices: 0, triangles: 0, skipped: 0, without_material: None };
+    let mut reader = Reader { buffers, vertices: 0, triangles: 0, skipped: 0, some_without_material: false };
     let meshes = root
         .meshes
         .iter()
@@ -74,7 +69,7 @@ pub fn parse(
         notes.push(Note::Missing(text));
     }
     let mut materials: Vec<Material> = root.materials.iter().enumerate().map(material).collect();
-    if reader.without_material.is_some() {
+    if reader.some_without_material {
         materials.push(Material::assumed("unnamed"));
         notes.push(Note::Missing("Some primitives have no material; they count as matte grey.".into()));
     }
@@ -113,8 +108,8 @@ struct Reader<'a> {
     vertices: usize,
     triangles: usize,
     skipped: usize,
-    /// Material id of primitives that name none, once one is met: the one after the last of the file.
-    without_material: Option<u32>,
+    /// Some primitives name no material; their material id is the one after the last of the file.
+    some_without_material: bool,
 }
 
 impl Reader<'_> {
@@ -133,7 +128,7 @@ impl Reader<'_> {
         };
         let mut normals = Normals { vectors: Vec::new(), triangles: Vec::new() };
         // Primitives often share one vertex buffer: each accessor is decoded once per mesh.
-        let mut decoded: HashMap<usize, (usize, usize)> = HashMap::new();
+        let (mut decoded, mut decoded_normals) = (HashMap::new(), HashMap::new());
         for primitive in &source.primitives {
             let Checked::Valid(mode) = primitive.mode else {
                 return Err(self.error(index, "a primitive has an unknown mode"));
@@ -155,7 +150,7 @@ impl Reader<'_> {
                 None => None,
                 Some(n) => {
                     let (first_normal, normal_count) =
-                        self.vectors(n, &mut normals.vectors, &mut decoded, index)?;
+                        self.vectors(n, &mut normals.vectors, &mut decoded_normals, index)?;
                     if normal_count != count {
                         let problem = format!("{normal_count} normals for {count} positions");
                         return Err(self.error(index, problem));
@@ -179,23 +174,21 @@ impl Reader<'_> {
             if self.triangles > MAX_TRIANGLES {
                 return Err(self.error(index, format!("more than {MAX_TRIANGLES} triangles up to here")));
             }
-            let material = match primitive.material {
-                Some(m) => m.value(),
-                None => self.buffers.root.materials.len(),
+            let known = self.buffers.root.materials.len();
+            let material = match primitive.material.map(|m| m.value()) {
+                Some(m) if m < known => m as u32,
+                Some(m) => {
+                    return Err(self.error(index, format!("a primitive uses materials[{m}], of {known}")));
+                }
+                None => {
+                    self.some_without_material = true;
+                    known as u32
+                }
             };
-            if material > self.buffers.root.materials.len()
-                || (primitive.material.is_some() && material == self.buffers.root.materials.len())
-            {
-                return Err(self
-                    .error(index, format!("a primitive uses materials[{material}], which does not exist")));
-            }
-            if primitive.material.is_none() {
-                self.without_material = Some(material as u32);
-            }
             for t in triangles {
                 mesh.triangles.push(t.map(|i| first as u32 + i));
                 normals.triangles.push(shading.map(|n| t.map(|i| n as u32 + i)));
-                mesh.materials.push(material as u32);
+                mesh.materials.push(material);
             }
         }
         if normals.triangles.iter().any(Option::is_some) {
