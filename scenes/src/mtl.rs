@@ -1,6 +1,6 @@
 //! Material libraries (`.mtl`): the statements that decide which work a surface causes.
 //!
-//! Why not the crate tobj: its reader panics on `Kd 0.5`, which the format allows (one value stands for all three),
+//! Why not the crate tobj (4.0.5): its reader panics on `Kd 0.5`, which the format allows (one value stands for all three),
 //! and gives up the whole library at the first statement it cannot read. Statements that are missing or malformed
 //! here leave the default, because a scene can be traced without its materials.
 

@@ -5,9 +5,10 @@
 //! triangles are kept. Negative indices count back from the last vertex read so far; positive ones may point
 //! ahead. `o`, `g`, `s` and texture coordinates do not change the triangles and are skipped.
 //!
-//! Why not the crate tobj: it accepts NaN and infinite coordinates, does not say on which line an error is,
-//! refuses files that are not UTF-8, and gathers vertices per group through hash maps, which costs several times
-//! what parsing does on a million triangles. It is the twin in the tests: both must give the same triangles.
+//! Why not the crate tobj (4.0.5): it accepts NaN and infinite coordinates, does not say on which line an error is,
+//! refuses files that are not UTF-8 and faces with a comment behind them, and takes 2.4 to
+//! 2.8 times as long on scenes of 66 thousand to 1.1 million triangles. It is the twin in the tests: where both
+//! accept a file, they must give the same triangles.
 
 use crate::{Error, MAX_TRIANGLES, MAX_VERTICES, Mesh, Normals, Note};
 use glam::Vec3;

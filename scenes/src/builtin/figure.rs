@@ -102,6 +102,9 @@ fn room() -> Mesh {
     b.finish()
 }
 
+/// Limbs closer to each other than this are blended.
+const BLEND: f64 = 0.03;
+
 /// Positive outside the figure, negative inside; roughly the distance.
 fn field(p: DVec3) -> f64 {
     let mut distance = f64::INFINITY;
@@ -110,8 +113,13 @@ fn field(p: DVec3) -> f64 {
         let axis = b - a;
         let along = ((p - a).dot(axis) / axis.dot(axis)).clamp(0.0, 1.0);
         let off = p - (a + axis * along);
-        let capsule = off.dot(off).sqrt() - (ra + (rb - ra) * along);
-        distance = smooth_min(distance, capsule, 0.03);
+        let radius = ra + (rb - ra) * along;
+        // A capsule this much farther than the nearest so far does not change the blend.
+        let reach = distance + BLEND + radius;
+        if reach > 0.0 && off.dot(off) > reach * reach {
+            continue;
+        }
+        distance = smooth_min(distance, off.dot(off).sqrt() - radius, BLEND);
     }
     if distance.abs() > 0.05 {
         return distance;
@@ -148,6 +156,10 @@ fn surface() -> Mesh {
         for y in 0..CELLS[1] {
             for x in 0..CELLS[0] {
                 let corner = |c: usize| index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+                let inside = (0..8).filter(|&c| values[corner(c)] < 0.0).count();
+                if inside == 0 || inside == 8 {
+                    continue;
+                }
                 for (tetrahedron, right_handed) in TETRAHEDRA {
                     surface.tetrahedron(tetrahedron.map(corner), right_handed, &values, place);
                 }
