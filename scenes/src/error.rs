@@ -20,9 +20,9 @@ impl Error {
         Error { place: place.into(), line: None, problem: problem.into(), remedy: remedy.into() }
     }
 
-    /// The same error with the line (counted from 1) it was found on.
+    /// The same error with the line (counted from 1) it was found on; 0 means before the first line.
     pub(crate) fn at_line(mut self, line: u64) -> Self {
-        self.line = Some(line);
+        self.line = (line > 0).then_some(line);
         self
     }
 

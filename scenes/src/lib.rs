@@ -25,7 +25,7 @@ pub use error::Error;
 pub use geometry::{Aabb, Instance, Mesh, Normals, Triangle};
 pub use glam::{Affine3A, Vec3};
 pub use light::{Light, RaySelection};
-pub use load::{Geometry, MAX_FILE_BYTES, load};
+pub use load::{FREE_EXPANSION, Geometry, MAX_EXPANSION, MAX_FILE_BYTES, load};
 pub use material::{Material, Reflection};
 pub use needs::{LeftOut, Needs};
 pub use scene::{Note, Scene};

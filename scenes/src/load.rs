@@ -12,6 +12,10 @@ use std::path::{Component, Path, PathBuf};
 
 /// Most bytes read from one file, and most bytes one `.zst` may expand to.
 pub const MAX_FILE_BYTES: u64 = 2 << 30;
+/// A `.zst` may expand to this many bytes, and by [`MAX_EXPANSION`] times its length more.
+pub const FREE_EXPANSION: u64 = 64 << 20;
+/// How much longer than its compressed form a text may be; real meshes stay below 30.
+pub const MAX_EXPANSION: u64 = 200;
 
 /// Loads a scene by built-in name or by path: `.obj`, `.obj.zst`, `.gltf`, `.glb`, or a scene file `.toml`.
 ///
@@ -96,10 +100,12 @@ pub(crate) fn load_geometry(path: &Path, format: Format) -> Result<Geometry, Err
             with_materials(obj::read(file, &place)?, path)
         }
         Format::ObjZst => {
-            let decoder = zstd::Decoder::new(open(path)?).map_err(|e| {
+            let packed = open(path)?;
+            let limit = expansion_limit(packed.metadata().map_or(0, |m| m.len()));
+            let decoder = zstd::Decoder::new(packed).map_err(|e| {
                 Error::new(&place, format!("cannot decompress: {e}"), "give a zstd-compressed OBJ")
             })?;
-            let file = BufReader::with_capacity(1 << 18, Capped::new(decoder, MAX_FILE_BYTES));
+            let file = BufReader::with_capacity(1 << 18, Capped::new(decoder, limit));
             with_materials(obj::read(file, &place)?, path)
         }
         Format::Gltf => gltf::load(path),
@@ -132,6 +138,11 @@ pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
+/// How many bytes a `.zst` of `packed` bytes may expand to, so that a bomb ends soon and not after two gigabytes.
+fn expansion_limit(packed: u64) -> u64 {
+    packed.saturating_mul(MAX_EXPANSION).saturating_add(FREE_EXPANSION).min(MAX_FILE_BYTES)
+}
+
 /// A reader that fails, rather than ends, once more than `limit` bytes came through.
 struct Capped<R> {
     inner: R,
@@ -150,7 +161,8 @@ impl<R: Read> Read for Capped<R> {
         let read = self.inner.read(buffer)?;
         self.read += read as u64;
         if self.read > self.limit {
-            let problem = format!("more than {} bytes of text, the most this loader takes", self.limit);
+            let problem =
+                format!("more than {} bytes of text, the most taken from a file of its length", self.limit);
             return Err(std::io::Error::other(problem));
         }
         Ok(read)
@@ -308,6 +320,13 @@ mod tests {
     fn a_bomb_of_line_ends_is_stopped_by_the_limit() {
         let endless = BufReader::new(Capped::new(std::io::repeat(b'\n'), 1 << 20));
         assert!(obj::read(endless, "bomb.obj").is_err());
+    }
+
+    #[test]
+    fn a_compressed_file_may_expand_by_its_length_up_to_the_file_limit() {
+        assert_eq!(expansion_limit(0), FREE_EXPANSION);
+        assert_eq!(expansion_limit(1000), FREE_EXPANSION + 1000 * MAX_EXPANSION);
+        assert_eq!(expansion_limit(u64::MAX), MAX_FILE_BYTES);
     }
 
     #[test]

@@ -106,10 +106,12 @@ impl<'a> Parser<'a> {
         line.clear();
         loop {
             let room = (MAX_LINE + 1 - line.len()) as u64;
-            let read =
-                input.by_ref().take(room).read_until(b'\n', line).map_err(|e| {
-                    self.error(format!("reading stopped: {e}"), "check that the file is whole")
-                })?;
+            let read = input.by_ref().take(room).read_until(b'\n', line).map_err(|e| {
+                self.error(
+                    format!("reading stopped: {e}"),
+                    "check that the file is whole and what its name says",
+                )
+            })?;
             if read == 0 {
                 return Ok(!line.is_empty());
             }

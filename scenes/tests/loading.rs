@@ -52,6 +52,15 @@ fn a_compression_bomb_without_line_ends_is_refused_at_the_longest_line() {
 }
 
 #[test]
+fn a_compression_bomb_of_line_ends_is_refused_by_how_much_it_expands() {
+    let bomb =
+        zstd::encode_all(std::io::Read::take(std::io::repeat(b'\n'), scenes::FREE_EXPANSION * 2), 1).unwrap();
+    let (_folder, path) = file("bomb.obj.zst", &bomb);
+    let e = load(&path).unwrap_err();
+    assert!(e.problem().contains("bytes of text"), "{e}");
+}
+
+#[test]
 fn a_material_library_beside_the_file_is_read_and_one_outside_is_not() {
     let (folder, path) =
         file("m.obj", format!("mtllib sub\\m.mtl\nmtllib ../x.mtl\nusemtl a\n{TRIANGLE}").as_bytes());
