@@ -3,7 +3,7 @@
 use crate::level::{Tally, WriteRule};
 use crate::policy::Replacement;
 use crate::sectors::Sectors;
-use crate::sets::SetIndex;
+use crate::sets::{Index, SetIndex};
 use crate::sink::Sink;
 use crate::word::Word;
 
@@ -51,7 +51,7 @@ impl<R: Replacement> Assoc<R> {
     #[inline]
     fn access<W: Word>(&mut self, word: W, rule: WriteRule, sink: &mut Sink<'_, W>) {
         let (line, sector) = self.sectors.split(word.id());
-        let set = self.index.set_of(line);
+        let set = self.index.of(line);
         let at = set * self.ways;
         let ways = at..at + self.ways;
         let found = self.lines[ways.clone()].iter().position(|&here| here == line);

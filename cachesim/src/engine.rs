@@ -6,6 +6,7 @@
 
 use crate::config::Levels;
 use crate::counts::{LevelCounts, LevelServed, MemoryCounts, Served};
+use crate::isa::Isa;
 use crate::level::{Below, Level, Rescale, WriteRule};
 use crate::word::Word;
 
@@ -32,12 +33,12 @@ struct Entry {
 }
 
 impl<W: Word> Engine<W> {
-    pub(crate) fn new(levels: &Levels, below: &[Option<Below>]) -> Self {
+    pub(crate) fn new(levels: &Levels, below: &[Option<Below>], isa: Isa) -> Self {
         let configs = levels.as_slice();
         let levels: Vec<Level<W>> = configs
             .iter()
             .zip(below)
-            .map(|(config, &below)| Level::new(config, levels.units(), below))
+            .map(|(config, &below)| Level::new(config, levels.units(), below, isa))
             .collect();
         Self::from_levels(levels, MemoryCounts::default())
     }

@@ -5,6 +5,7 @@ use crate::config::{Levels, WriteMiss, WritePolicy};
 use crate::counts::{LevelCounts, MemoryCounts, Served};
 use crate::engine::Engine;
 use crate::error::{Error, Place};
+use crate::isa::Isa;
 use crate::level::{Below, Rescale, WriteRule};
 
 /// One of the paths that a [`Hierarchy`] was built with.
@@ -32,6 +33,7 @@ pub struct Hierarchy {
     levels: Levels,
     paths: Vec<Path>,
     below: Vec<Option<Below>>,
+    isa: Isa,
     width: Width,
 }
 
@@ -85,8 +87,9 @@ impl Hierarchy {
             .map(|path| Path { levels: path.to_vec(), granule: configs[path[0]].granule() })
             .collect();
         let ids = (0..paths.len() as u16).map(PathId).collect();
-        let width = Width::Narrow(Engine::new(levels, &below));
-        Ok((Self { levels: levels.clone(), paths, below, width }, ids))
+        let isa = Isa::best();
+        let width = Width::Narrow(Engine::new(levels, &below, isa));
+        Ok((Self { levels: levels.clone(), paths, below, isa, width }, ids))
     }
 
     /// Reads the lines in order, on behalf of one unit. Lines are counted in [`Self::granule`]s of the path.
@@ -158,7 +161,16 @@ impl Hierarchy {
 
     /// Back to empty caches and zero counts.
     pub fn reset(&mut self) {
-        self.width = Width::Narrow(Engine::new(&self.levels, &self.below));
+        self.width = Width::Narrow(Engine::new(&self.levels, &self.below, self.isa));
+    }
+
+    /// The same hierarchy, empty, simulated with the instructions of `isa` instead of [`Isa::best`]: for
+    /// measurements and tests.
+    #[must_use]
+    pub fn on(mut self, isa: Isa) -> Self {
+        self.isa = isa;
+        self.reset();
+        self
     }
 
     /// The levels, as given.

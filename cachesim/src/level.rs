@@ -2,6 +2,7 @@
 
 use crate::config::{LevelConfig, WriteMiss, WritePolicy};
 use crate::counts::LevelCounts;
+use crate::isa::Isa;
 use crate::store::Store;
 use crate::word::Word;
 
@@ -102,14 +103,14 @@ pub(crate) struct Level<W: Word> {
 }
 
 impl<W: Word> Level<W> {
-    pub(crate) fn new(config: &LevelConfig, units: u32, below: Option<Below>) -> Self {
+    pub(crate) fn new(config: &LevelConfig, units: u32, below: Option<Below>, isa: Isa) -> Self {
         let units_per_copy = units / config.count;
         Self {
             below,
             entry_rule: WriteRule::new(config, false),
             granule_bytes: config.granule().bytes(),
             fan_out: 1 + (config.line.bytes() / config.granule().bytes()) as usize,
-            copies: (0..config.count).map(|copy| Store::new(config, copy)).collect(),
+            copies: (0..config.count).map(|copy| Store::new(config, copy, isa)).collect(),
             copy_of_unit: (0..units).map(|unit| (unit / units_per_copy) as u16).collect(),
             counts: LevelCounts::default(),
         }

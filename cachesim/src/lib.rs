@@ -11,6 +11,7 @@ mod engine;
 mod error;
 mod full;
 mod hierarchy;
+mod isa;
 mod level;
 mod levels_file;
 mod policy;
@@ -33,4 +34,5 @@ pub use config::{
 pub use counts::{LevelCounts, LevelServed, MAX_LEVELS, MemoryCounts, MissClasses, Served};
 pub use error::{Error, Place};
 pub use hierarchy::{Hierarchy, PathId};
+pub use isa::Isa;
 pub use stack_distance::StackDistances;

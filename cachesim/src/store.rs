@@ -6,6 +6,7 @@ use crate::classes::Classified;
 use crate::config::{LevelConfig, Policy, Ways};
 use crate::counts::MissClasses;
 use crate::full::FullyAssociative;
+use crate::isa::Isa;
 use crate::level::{Tally, WriteRule};
 use crate::policy::{fifo::FifoTurn, lru::LruStamps, plru::TreePlru, random::Random, srrip::Srrip};
 use crate::queue::{MAX_QUEUE_WAYS, Queue};
@@ -44,16 +45,16 @@ macro_rules! each {
 
 impl<W: Word> Store<W> {
     /// `copy`: which of the level's copies this is.
-    pub(crate) fn new(config: &LevelConfig, copy: u32) -> Self {
-        let store = Self::unclassified(config, copy);
+    pub(crate) fn new(config: &LevelConfig, copy: u32, isa: Isa) -> Self {
+        let store = Self::unclassified(config, copy, isa);
         if config.miss_classes { Self::Classified(Box::new(Classified::new(store, config))) } else { store }
     }
 
-    fn unclassified(config: &LevelConfig, copy: u32) -> Self {
+    fn unclassified(config: &LevelConfig, copy: u32, isa: Isa) -> Self {
         let (sets, ways, sectors) = (config.sets(), config.way_count(), Sectors::of(config));
         let in_order = matches!(config.policy, Policy::Lru | Policy::Fifo);
         if in_order && config.sector.is_none() && ways <= MAX_QUEUE_WAYS {
-            return Self::Queue(Queue::new(config));
+            return Self::Queue(Queue::new(config, isa));
         }
         if in_order && (config.ways == Ways::Full || sets == 1) {
             let fifo = config.policy == Policy::Fifo;

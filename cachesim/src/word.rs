@@ -3,8 +3,10 @@
 //! In a request the flag means "write", in a tag "dirty". A hierarchy works with 32-bit words until a
 //! line number needs more, and then with 64-bit words.
 
+use crate::queue::Vectorised;
+
 /// A line number below [`Word::EMPTY`] and, in the top bit, a flag.
-pub(crate) trait Word: Copy + Eq + Send + Sync + std::fmt::Debug + 'static {
+pub(crate) trait Word: Vectorised + Copy + Eq + Send + Sync + std::fmt::Debug + 'static {
     /// The flag alone.
     const FLAG: Self;
     /// The tag of a way that holds nothing: a number that no line has.

@@ -1,7 +1,7 @@
 //! Known counts: do the synthetic streams and the caches agree, miss for miss, with other simulators?
 
 use cachesim::synthetic::{Stream, lines};
-use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineId, LineSize, Policy, StackDistances, Ways};
+use cachesim::{Bytes, Hierarchy, Isa, LevelConfig, Levels, LineId, LineSize, Policy, StackDistances, Ways};
 
 fn line() -> LineSize {
     LineSize::new(64).expect("64 is a power of two")
@@ -13,9 +13,15 @@ fn misses(policy: Policy, trace: &[LineId]) -> [u64; 2] {
         LevelConfig::new("L2", Bytes(1 << 20), line(), Ways::Count(16), policy),
     ])
     .expect("a plain hierarchy");
-    let (mut hierarchy, path) = Hierarchy::chain(&levels).expect("a plain hierarchy");
-    hierarchy.read(path, 0, trace);
-    [hierarchy.counts(0).misses, hierarchy.counts(1).misses]
+    let mut found = Isa::available().into_iter().map(|isa| {
+        let (hierarchy, path) = Hierarchy::chain(&levels).expect("a plain hierarchy");
+        let mut hierarchy = hierarchy.on(isa);
+        hierarchy.read(path, 0, trace);
+        (isa, [hierarchy.counts(0).misses, hierarchy.counts(1).misses])
+    });
+    let (_, scalar) = found.next().expect("scalar code runs everywhere");
+    found.for_each(|(isa, misses)| assert_eq!(misses, scalar, "{isa} differs from scalar"));
+    scalar
 }
 
 fn first_lines(stream: Stream, count: usize) -> Vec<u64> {

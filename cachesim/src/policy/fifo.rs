@@ -1,6 +1,8 @@
 //! First in, first out.
 
 use super::Replacement;
+#[cfg(target_arch = "x86_64")]
+use crate::queue::{MaskOrder, up_to};
 use crate::queue::{Order, Touch};
 use crate::word::Word;
 
@@ -17,6 +19,19 @@ impl Order for Fifo {
         }
         set.rotate_right(1);
         Touch::Evicted(std::mem::replace(&mut set[0], word))
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl MaskOrder for Fifo {
+    #[inline(always)]
+    fn moved(hit: u32, last: u32) -> u32 {
+        up_to(0, last) & u32::from(hit != 0).wrapping_sub(1)
+    }
+
+    #[inline(always)]
+    fn place(hit: u32) -> u32 {
+        hit | u32::from(hit == 0)
     }
 }
 

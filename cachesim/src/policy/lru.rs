@@ -1,6 +1,8 @@
 //! Least recently used.
 
 use super::Replacement;
+#[cfg(target_arch = "x86_64")]
+use crate::queue::{MaskOrder, SetVector, up_to};
 use crate::queue::{Order, Touch};
 use crate::word::Word;
 
@@ -21,6 +23,25 @@ impl Order for Lru {
             carried = here;
         }
         Touch::Evicted(carried)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl MaskOrder for Lru {
+    #[inline(always)]
+    unsafe fn read<V: SetVector>(set: V, line: V::Word, last: u32) -> (V, u32) {
+        // SAFETY: passed on.
+        unsafe { set.renewed(line, last) }
+    }
+
+    #[inline(always)]
+    fn moved(hit: u32, last: u32) -> u32 {
+        up_to(hit, last)
+    }
+
+    #[inline(always)]
+    fn place(_hit: u32) -> u32 {
+        1
     }
 }
 
