@@ -42,6 +42,12 @@ impl LineSize {
         self.log2 as u32
     }
 
+    /// The last line of the address space; its number is all ones.
+    #[must_use]
+    pub const fn last_line(self) -> LineId {
+        self.line_of(Address(u64::MAX))
+    }
+
     /// The line that holds `address`.
     #[must_use]
     pub const fn line_of(self, address: Address) -> LineId {

@@ -92,7 +92,8 @@ impl Hierarchy {
         Ok((Self { levels: levels.clone(), paths, below, isa, width }, ids))
     }
 
-    /// Reads the lines in order, on behalf of one unit. Lines are counted in [`Self::granule`]s of the path.
+    /// Reads the lines in order, on behalf of one unit. Lines are counted in [`Self::granule`]s of the path;
+    /// numbers beyond the end of the address space begin again at its start.
     ///
     /// # Panics
     /// If `unit` is not below [`Self::units`], or `path` is of another hierarchy with more paths.
@@ -127,7 +128,12 @@ impl Hierarchy {
         items: &[T],
         split: impl Fn(T) -> (u64, bool) + Copy,
     ) -> Served {
-        let entry = self.paths[usize::from(path.0)].levels[0];
+        let Path { levels, granule } = &self.paths[usize::from(path.0)];
+        let (entry, last) = (levels[0], granule.last_line().get());
+        let split = |item| {
+            let (line, write) = split(item);
+            (line & last, write)
+        };
         let mut rest = items;
         let mut served = Served::default();
         if let Width::Narrow(engine) = &mut self.width {
@@ -150,8 +156,8 @@ impl Hierarchy {
         }
     }
 
-    /// Writes all dirty lines back, level by level down to memory, as at the end of a frame. Lines stay,
-    /// clean. The positions in the answer are level indices.
+    /// Writes all dirty lines back, level by level down to memory, as at the end of a frame: the copies of
+    /// a level in turn, each in order of addresses. Lines stay, clean. The positions in the answer are level indices.
     pub fn flush(&mut self) -> Served {
         match &mut self.width {
             Width::Narrow(engine) => engine.flush(),

@@ -136,11 +136,12 @@ impl<W: Word> Level<W> {
         tally
     }
 
-    /// Cleans every dirty granule of the copy that `copy` names and appends it to `out`, in order of sets
-    /// and ways.
+    /// Cleans every dirty granule of the copy that `copy` names and appends it to `out`, in order of
+    /// addresses.
     pub(crate) fn clean(&mut self, copy: usize, out: &mut Vec<W>) {
         let before = out.len();
         self.copies[copy].clean(out);
+        out[before..].sort_unstable_by_key(|word| word.id());
         self.counts.writebacks += (out.len() - before) as u64;
     }
 

@@ -18,14 +18,8 @@ impl<W: Copy> Aligned<W> {
     }
 
     #[inline(always)]
-    pub(super) fn as_slice(&self) -> &[W] {
-        // SAFETY: rows are arrays of 16 words without padding, one after the other.
-        unsafe { std::slice::from_raw_parts(self.rows.as_ptr().cast(), 16 * self.rows.len()) }
-    }
-
-    #[inline(always)]
     pub(super) fn as_mut_slice(&mut self) -> &mut [W] {
-        // SAFETY: as in `as_slice`, and borrowed alone.
+        // SAFETY: rows are arrays of 16 words without padding, one after the other, and borrowed alone.
         unsafe { std::slice::from_raw_parts_mut(self.rows.as_mut_ptr().cast(), 16 * self.rows.len()) }
     }
 
