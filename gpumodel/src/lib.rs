@@ -1,1 +1,28 @@
 //! Replays ray traces through a described mobile GPU: layouts, warps, caches, ALU, time.
+//!
+//! A trace says *what* every ray visited; here, and only here, a node number becomes an address. [`replay`] runs the
+//! lanes of a frame in lockstep through the caches of a [`Gpu`] and counts in whole numbers; [`estimate`] turns the counts
+//! into time and into the [`COUNTERS`] of a profiler. The same inputs give the same bytes on any number of threads.
+
+mod config;
+mod counters;
+mod error;
+mod estimate;
+mod interleave;
+mod layout;
+mod replay;
+mod schedule;
+mod warp;
+
+pub use config::{
+    BuiltinGpu, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu, Identity, LoadStore, Output,
+    Paths, Provenance, Registers, ShaderCores, ShaderCosts, SharedCosts, Tag, TraversalCosts,
+};
+pub use counters::{
+    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, IssueCounters, PassCounters,
+    ScheduleCounters, TrafficCounters, Value,
+};
+pub use error::Error;
+pub use estimate::{Bound, Estimate, LeftOut, PassEstimate, estimate};
+pub use layout::{Field, NodeLayout, NodeOrder, PrimitiveLayout};
+pub use replay::{ReplayConfig, Replayed, replay};

@@ -1,0 +1,237 @@
+//! What the shader's steps cost in operations, and the registers it holds.
+
+use super::sourced::File;
+use crate::error::Error;
+use serde::Deserialize;
+use std::ops::AddAssign;
+use toml::Spanned;
+use tracer::{Accel, TraceHeader};
+
+const BUILTIN: &str = include_str!("../../../configs/costs.toml");
+/// Most operations of one step.
+const MOST_OPERATIONS: u32 = 1 << 16;
+
+/// Scalar full-precision operations of one lane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    /// Of the ALU; the EFU's are not among them.
+    pub alu: u32,
+    /// Of the elementary function unit.
+    pub efu: u32,
+}
+
+/// Operation counts of a ray-tracing shader, and its registers, by traversal.
+#[derive(Clone, Debug)]
+pub struct ShaderCosts {
+    /// What every traversal's shader does.
+    pub shared: SharedCosts,
+    bvh_stack: TraversalCosts,
+    bvh_parent_link: TraversalCosts,
+    bvh_restart_trail: TraversalCosts,
+    kd_stack: TraversalCosts,
+    kd_restart: TraversalCosts,
+    kd_push_down: TraversalCosts,
+    kd_backtrack: TraversalCosts,
+}
+
+/// Costs outside the traversal's own steps.
+#[derive(Clone, Copy, Debug)]
+pub struct SharedCosts {
+    /// Making a primary ray.
+    pub camera_ray: Cost,
+    /// Preparing any ray for traversal.
+    pub ray_setup: Cost,
+    /// Shading a hit.
+    pub shade: Cost,
+    /// More of it where the first normal lies in the vertices' padding.
+    pub compact_normal: Cost,
+    /// Making a shadow ray.
+    pub shadow_ray: Cost,
+    /// Making the colour.
+    pub output: Cost,
+    /// Per load or store.
+    pub address: Cost,
+    /// Per trip of a loop.
+    pub trip: Cost,
+}
+
+/// Costs of a traversal's steps, by [`tracer::Op`], without address arithmetic and loop control.
+#[derive(Clone, Copy, Debug)]
+pub struct TraversalCosts {
+    /// Registers of four words per lane, a short stack's not among them.
+    pub registers: u32,
+    /// [`tracer::Op::Node`].
+    pub node: Cost,
+    /// [`tracer::Op::Up`].
+    pub up: Cost,
+    /// [`tracer::Op::Restart`].
+    pub restart: Cost,
+    /// [`tracer::Op::Push`].
+    pub push: Cost,
+    /// [`tracer::Op::Pop`].
+    pub pop: Cost,
+    /// [`tracer::Op::Primitive`].
+    pub primitive: Cost,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct CostsFile {
+    shared: SharedFile,
+    bvh_stack: TraversalFile,
+    bvh_parent_link: TraversalFile,
+    bvh_restart_trail: TraversalFile,
+    kd_stack: TraversalFile,
+    kd_restart: TraversalFile,
+    kd_push_down: TraversalFile,
+    kd_backtrack: TraversalFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SharedFile {
+    camera_ray: CostFile,
+    ray_setup: CostFile,
+    shade: CostFile,
+    compact_normal: CostFile,
+    shadow_ray: CostFile,
+    output: CostFile,
+    address: CostFile,
+    r#loop: CostFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TraversalFile {
+    registers: RegistersFile,
+    node: CostFile,
+    up: CostFile,
+    restart: CostFile,
+    push: CostFile,
+    pop: CostFile,
+    primitive: CostFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CostFile {
+    alu: Spanned<u32>,
+    efu: Spanned<u32>,
+    source: Spanned<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RegistersFile {
+    value: Spanned<u32>,
+    source: Spanned<String>,
+}
+
+impl ShaderCosts {
+    /// Reads and checks a cost table; `file_name` is for messages only.
+    ///
+    /// # Errors
+    /// Names the file, the line, the key, what was expected and the remedy.
+    pub fn parse(toml_text: &str, file_name: &str) -> Result<Self, Error> {
+        let file = File::new(file_name, toml_text);
+        let raw: CostsFile = file.read()?;
+        let cost = |key: &str, cost: &CostFile| read_cost(&file, key, cost);
+        let traversal = |name: &str, raw: &TraversalFile| read_traversal(&file, name, raw);
+        Ok(Self {
+            shared: SharedCosts {
+                camera_ray: cost("shared.camera_ray", &raw.shared.camera_ray)?,
+                ray_setup: cost("shared.ray_setup", &raw.shared.ray_setup)?,
+                shade: cost("shared.shade", &raw.shared.shade)?,
+                compact_normal: cost("shared.compact_normal", &raw.shared.compact_normal)?,
+                shadow_ray: cost("shared.shadow_ray", &raw.shared.shadow_ray)?,
+                output: cost("shared.output", &raw.shared.output)?,
+                address: cost("shared.address", &raw.shared.address)?,
+                trip: cost("shared.loop", &raw.shared.r#loop)?,
+            },
+            bvh_stack: traversal("bvh-stack", &raw.bvh_stack)?,
+            bvh_parent_link: traversal("bvh-parent-link", &raw.bvh_parent_link)?,
+            bvh_restart_trail: traversal("bvh-restart-trail", &raw.bvh_restart_trail)?,
+            kd_stack: traversal("kd-stack", &raw.kd_stack)?,
+            kd_restart: traversal("kd-restart", &raw.kd_restart)?,
+            kd_push_down: traversal("kd-push-down", &raw.kd_push_down)?,
+            kd_backtrack: traversal("kd-backtrack", &raw.kd_backtrack)?,
+        })
+    }
+
+    /// The table that comes with the program.
+    ///
+    /// # Errors
+    /// Never, as long as the built-in file is sound; a test says so.
+    pub fn builtin() -> Result<Self, Error> {
+        Self::parse(BUILTIN, "costs.toml")
+    }
+
+    /// Costs of the traversal that a trace was made with.
+    ///
+    /// # Errors
+    /// When the trace names a traversal that has no costs.
+    pub fn traversal(&self, header: &TraceHeader) -> Result<&TraversalCosts, Error> {
+        match (header.accel, header.traversal.as_str()) {
+            (Accel::Bvh, "stack") => Ok(&self.bvh_stack),
+            (Accel::Bvh, "parent-link") => Ok(&self.bvh_parent_link),
+            (Accel::Bvh, "restart-trail") => Ok(&self.bvh_restart_trail),
+            (Accel::Kd, "stack") => Ok(&self.kd_stack),
+            (Accel::Kd, "restart") => Ok(&self.kd_restart),
+            (Accel::Kd, "push-down") => Ok(&self.kd_push_down),
+            (Accel::Kd, "backtrack") => Ok(&self.kd_backtrack),
+            (accel, other) => Err(Error::Trace {
+                scene: header.scene.clone(),
+                problem: format!("its {} traversal '{other}' has no operation counts", accel.name()),
+                remedy: "expected bvh stack, parent-link or restart-trail, or kd stack, restart, push-down or backtrack"
+                    .to_owned(),
+            }),
+        }
+    }
+}
+
+fn read_cost(file: &File<'_>, key: &str, cost: &CostFile) -> Result<Cost, Error> {
+    file.said(key, &cost.source)?;
+    for operations in [&cost.alu, &cost.efu] {
+        let count = *operations.get_ref();
+        if count > MOST_OPERATIONS {
+            let problem = format!("is {count}, expected at most {MOST_OPERATIONS} operations");
+            return Err(file.refuse(key, &operations.span(), problem, "correct the value"));
+        }
+    }
+    Ok(Cost { alu: *cost.alu.get_ref(), efu: *cost.efu.get_ref() })
+}
+
+fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {
+    let cost = |field: &str, cost: &CostFile| read_cost(file, &format!("{name}.{field}"), cost);
+    let key = format!("{name}.registers");
+    file.said(&key, &raw.registers.source)?;
+    let registers = *raw.registers.value.get_ref();
+    if registers == 0 {
+        let problem = "is 0, expected at least 1 register per lane";
+        return Err(file.refuse(&key, &raw.registers.value.span(), problem, "correct the value"));
+    }
+    Ok(TraversalCosts {
+        registers,
+        node: cost("node", &raw.node)?,
+        up: cost("up", &raw.up)?,
+        restart: cost("restart", &raw.restart)?,
+        push: cost("push", &raw.push)?,
+        pop: cost("pop", &raw.pop)?,
+        primitive: cost("primitive", &raw.primitive)?,
+    })
+}
+
+impl Cost {
+    /// This cost `times` over.
+    pub(crate) fn times(self, times: u32) -> Self {
+        Self { alu: self.alu * times, efu: self.efu * times }
+    }
+}
+
+impl AddAssign for Cost {
+    fn add_assign(&mut self, other: Self) {
+        let Self { alu, efu } = other;
+        self.alu += alu;
+        self.efu += efu;
+    }
+}

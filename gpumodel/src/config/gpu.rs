@@ -1,0 +1,369 @@
+//! A GPU, described and checked.
+
+use super::gpu_file::{CacheFile, FullWord, GpuFile, Per, PolicyFile, WaysFile};
+use super::sourced::{File, Provenance, Sourced, Tag, tags};
+use crate::error::Error;
+use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineSize, Policy, Ways};
+use serde::Deserialize;
+use std::ops::RangeInclusive;
+
+/// A description that comes with the program.
+pub struct BuiltinGpu {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// The text of its file.
+    pub toml: &'static str,
+}
+
+/// All descriptions that come with the program.
+pub const GPUS: &[BuiltinGpu] =
+    &[BuiltinGpu { name: "adreno-540", toml: include_str!("../../../configs/gpus/adreno-540.toml") }];
+
+/// Smallest line or sector: the 16 bytes of one vec4 load never straddle two.
+const SMALLEST_LINE: u64 = 16;
+/// Most lanes of a warp: one bit each in a 64-bit mask.
+const WIDEST_WARP: u32 = 64;
+/// Positive figures are refused below and above these; both are far from any hardware.
+const RATE: RangeInclusive<f64> = 1e-3..=1e6;
+
+/// A GPU: every figure checked, none defaulted.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// What it is called.
+    pub identity: Identity,
+    /// Its clock.
+    pub clock: Clock,
+    /// Its cores.
+    pub cores: ShaderCores,
+    /// The register file of a core.
+    pub registers: Registers,
+    /// The load/store port of a core.
+    pub load_store: LoadStore,
+    /// Caches from the cores to memory.
+    pub caches: Vec<CacheLevel>,
+    /// Caches that each kind of buffer goes through.
+    pub paths: Paths,
+    /// System memory.
+    pub dram: Dram,
+    /// The colour buffer.
+    pub output: Output,
+    levels: Levels,
+    tags: Vec<(String, Tag)>,
+}
+
+/// What a GPU is called.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Short name.
+    pub name: String,
+    /// Full name, with the chips and phones that have it.
+    pub title: String,
+    /// Whose profiler's words apply.
+    pub family: Family,
+}
+
+/// Maker's family of GPUs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Family {
+    /// Qualcomm: Snapdragon Profiler.
+    Adreno,
+    /// Arm: Streamline.
+    Mali,
+}
+
+/// The shader clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Cycles per second.
+    pub hz: f64,
+}
+
+/// The shader cores.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShaderCores {
+    /// Number of cores.
+    pub count: u32,
+    /// Lanes of a warp.
+    pub warp_width: u32,
+    /// Pixels of a fragment warp, width and height: powers of two from 2 to 32, as many as lanes.
+    pub warp_pixels: [u32; 2],
+    /// Most warps resident in a core.
+    pub warp_slots: u32,
+    /// Full-precision operations per clock and core.
+    pub alu_lanes: f64,
+    /// Elementary functions per clock and core.
+    pub efu_lanes: f64,
+}
+
+/// The register file of a core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Registers {
+    /// Registers of four 32-bit words that share out among [`Self::granularity`] warps.
+    pub vec4: u32,
+    /// Warps that become resident together.
+    pub granularity: u32,
+}
+
+/// The load/store port of a core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoadStore {
+    /// Bytes moved per clock.
+    pub bytes_per_clock: u32,
+}
+
+/// One cache level, beyond what [`Gpu::levels`] says about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CacheLevel {
+    /// Its name.
+    pub name: String,
+    /// What the counters call it.
+    pub role: CacheRole,
+    /// Private copies; 1 for a shared cache.
+    pub copies: u32,
+    /// Bytes of a line.
+    pub line_bytes: u64,
+    /// Cycles from a core's request to its data on a hit here, the way through all nearer levels included.
+    pub latency_cycles: f64,
+    /// Bytes that each copy delivers per clock.
+    pub bytes_per_clock: f64,
+}
+
+/// What the counters call a cache level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CacheRole {
+    /// First level.
+    L1,
+    /// Second level.
+    L2,
+    /// Shared by the whole chip.
+    Slc,
+}
+
+/// Caches that each kind of buffer goes through, as indices into [`Gpu::caches`], nearest first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Paths {
+    /// Storage buffers.
+    pub ssbo: Vec<usize>,
+    /// Textures.
+    pub texture: Vec<usize>,
+    /// Memory private to a lane.
+    pub private: Vec<usize>,
+}
+
+/// System memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dram {
+    /// Bytes per second at best.
+    pub peak_bytes_per_second: f64,
+    /// Share of the peak that can be reached.
+    pub efficiency: f64,
+    /// Seconds that a miss of the last cache waits.
+    pub latency_seconds: f64,
+}
+
+/// The colour buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Bytes of a pixel.
+    pub bytes_per_pixel: u32,
+}
+
+impl Gpu {
+    /// Reads and checks a description; `file_name` is for messages only.
+    ///
+    /// # Errors
+    /// Names the file, the line, the key, what was expected and the remedy.
+    pub fn parse(toml_text: &str, file_name: &str) -> Result<Self, Error> {
+        let file = File::new(file_name, toml_text);
+        let raw: GpuFile = file.read()?;
+        let name = raw.identity.name;
+        if name.get_ref().is_empty() {
+            return Err(file.refuse("identity.name", &name.span(), "is empty", "name the GPU"));
+        }
+        let cores = &raw.shader_cores;
+        let count = file.within("shader_cores.count", &cores.count, 1..=256)?;
+        let warp_width = file.within("shader_cores.warp_width", &cores.warp_width, 4..=WIDEST_WARP)?;
+        let warp_pixels = warp_pixels(&file, &cores.warp_pixels, warp_width)?;
+        let (levels, caches) = caches(&file, &raw.cache, count)?;
+        let path = |key: &str, names: &Sourced<Vec<String>>| path(&file, key, names, &caches);
+        let paths = Paths {
+            ssbo: path("paths.ssbo", &raw.paths.ssbo)?,
+            texture: path("paths.texture", &raw.paths.texture)?,
+            private: path("paths.private", &raw.paths.private)?,
+        };
+        Hierarchy::with_paths(&levels, &paths.as_slices()).map_err(|error| {
+            let remedy = "correct [paths] or the order of the [[cache]] tables";
+            file.refuse("paths", &raw.paths.ssbo.value.span(), error, remedy)
+        })?;
+        Ok(Self {
+            identity: Identity {
+                name: name.into_inner(),
+                title: raw.identity.title,
+                family: raw.identity.family,
+            },
+            clock: Clock { hz: file.within("clock.mhz", &raw.clock.mhz, 1.0..=100_000.0)? * 1e6 },
+            cores: ShaderCores {
+                count,
+                warp_width,
+                warp_pixels,
+                warp_slots: file.within("shader_cores.warp_slots", &cores.warp_slots, 1..=1024)?,
+                alu_lanes: file.within("shader_cores.alu_lanes", &cores.alu_lanes, RATE)?,
+                efu_lanes: file.within("shader_cores.efu_lanes", &cores.efu_lanes, RATE)?,
+            },
+            registers: Registers {
+                vec4: file.within("registers.vec4", &raw.registers.vec4, 1..=65536)?,
+                granularity: file.within("registers.granularity", &raw.registers.granularity, 1..=64)?,
+            },
+            load_store: LoadStore {
+                bytes_per_clock: file.within(
+                    "load_store.bytes_per_clock",
+                    &raw.load_store.bytes_per_clock,
+                    1..=4096,
+                )?,
+            },
+            caches,
+            paths,
+            dram: Dram {
+                peak_bytes_per_second: file.within("dram.peak_gbs", &raw.dram.peak_gbs, RATE)? * 1e9,
+                efficiency: file.within("dram.efficiency", &raw.dram.efficiency, 0.01..=1.0)?,
+                latency_seconds: file.within("dram.latency_ns", &raw.dram.latency_ns, RATE)? * 1e-9,
+            },
+            output: Output {
+                bytes_per_pixel: file.within(
+                    "output.bytes_per_pixel",
+                    &raw.output.bytes_per_pixel,
+                    1..=64,
+                )?,
+            },
+            levels,
+            tags: tags(toml_text),
+        })
+    }
+
+    /// The built-in description of that name.
+    pub fn builtin(name: &str) -> Option<Result<Self, Error>> {
+        let gpu = GPUS.iter().find(|gpu| gpu.name == name)?;
+        Some(Self::parse(gpu.toml, &format!("{name}.toml")))
+    }
+
+    /// Its short name.
+    pub fn name(&self) -> &str {
+        &self.identity.name
+    }
+
+    /// How many of its figures carry each tag.
+    pub fn provenance(&self) -> Provenance {
+        Provenance::of(&self.tags)
+    }
+
+    /// Dotted keys of the figures that are estimates.
+    pub fn estimates(&self) -> Vec<String> {
+        let estimates = self.tags.iter().filter(|(_, tag)| *tag == Tag::Estimate);
+        estimates.map(|(key, _)| key.clone()).collect()
+    }
+
+    /// The caches as the cache simulator takes them, in the order of [`Self::caches`].
+    pub fn levels(&self) -> &Levels {
+        &self.levels
+    }
+}
+
+impl Paths {
+    /// As the cache simulator takes them: storage buffers, textures, private memory.
+    pub(crate) fn as_slices(&self) -> [&[usize]; 3] {
+        [&self.ssbo, &self.texture, &self.private]
+    }
+}
+
+fn warp_pixels(file: &File<'_>, figure: &Sourced<[u32; 2]>, warp_width: u32) -> Result<[u32; 2], Error> {
+    let key = "shader_cores.warp_pixels";
+    let [width, height] = *file.sourced(key, figure)?;
+    let fits = |edge: u32| edge.is_power_of_two() && (2..=tracer::TILE_EDGE).contains(&edge);
+    if fits(width) && fits(height) && width * height == warp_width {
+        return Ok([width, height]);
+    }
+    let problem = format!(
+        "is [{width}, {height}], expected two powers of two from 2 to {} whose product is the warp width {warp_width}",
+        tracer::TILE_EDGE
+    );
+    Err(file.refuse(key, &figure.value.span(), problem, "give as many pixels as lanes, in whole 2x2 quads"))
+}
+
+fn caches(file: &File<'_>, raw: &[CacheFile], cores: u32) -> Result<(Levels, Vec<CacheLevel>), Error> {
+    let mut configs = Vec::new();
+    let mut caches = Vec::new();
+    for cache in raw {
+        let name = cache.name.get_ref();
+        let key = |field: &str| format!("cache.{name}.{field}");
+        let line_key = key("line");
+        let line = file.within(&line_key, &cache.line, SMALLEST_LINE..=4096)?;
+        let Some(line_size) = LineSize::new(line) else {
+            let problem = format!("is {line}, expected a power of two");
+            return Err(file.refuse(&line_key, &cache.line.value.span(), problem, "correct the value"));
+        };
+        let ways = match *file.sourced(&key("ways"), &cache.ways)? {
+            WaysFile::Count(ways) => Ways::Count(ways),
+            WaysFile::Word(FullWord::Full) => Ways::Full,
+        };
+        let policy = match *file.sourced(&key("policy"), &cache.policy)? {
+            PolicyFile::Lru => Policy::Lru,
+            PolicyFile::Fifo => Policy::Fifo,
+            PolicyFile::Plru => Policy::Plru,
+            PolicyFile::Srrip => Policy::Srrip,
+            PolicyFile::Random => Policy::Random { seed: 0 },
+        };
+        let copies = if cache.per == Per::Core { cores } else { 1 };
+        let config = LevelConfig {
+            write: *file.sourced(&key("write"), &cache.write)?,
+            write_miss: *file.sourced(&key("write_miss"), &cache.write_miss)?,
+            count: copies,
+            ..LevelConfig::new(
+                name,
+                Bytes(*file.sourced(&key("size"), &cache.size)?),
+                line_size,
+                ways,
+                policy,
+            )
+        };
+        // Alone first, so that a message points at the right table.
+        Levels::new(vec![config.clone()]).map_err(|error| {
+            file.refuse(&format!("cache.{name}"), &cache.name.span(), error, "correct this [[cache]] table")
+        })?;
+        configs.push(config);
+        caches.push(CacheLevel {
+            name: name.clone(),
+            role: cache.role,
+            copies,
+            line_bytes: line,
+            latency_cycles: file.within(&key("latency_cycles"), &cache.latency_cycles, RATE)?,
+            bytes_per_clock: file.within(&key("bytes_per_clock"), &cache.bytes_per_clock, RATE)?,
+        });
+    }
+    let span = raw.first().map_or(0..0, |cache| cache.name.span());
+    let levels = Levels::new(configs)
+        .map_err(|error| file.refuse("cache", &span, error, "correct the [[cache]] tables"))?;
+    Ok((levels, caches))
+}
+
+fn path(
+    file: &File<'_>,
+    key: &str,
+    names: &Sourced<Vec<String>>,
+    caches: &[CacheLevel],
+) -> Result<Vec<usize>, Error> {
+    let wanted = file.sourced(key, names)?;
+    let span = names.value.span();
+    if wanted.is_empty() {
+        return Err(file.refuse(key, &span, "is empty, expected at least one cache", "name a [[cache]]"));
+    }
+    let find = |name: &String| {
+        caches.iter().position(|cache| cache.name == *name).ok_or_else(|| {
+            let known: Vec<_> = caches.iter().map(|cache| cache.name.as_str()).collect();
+            let problem = format!("names '{name}', expected one of: {}", known.join(", "));
+            file.refuse(key, &span, problem, "name a [[cache]] of this file")
+        })
+    };
+    wanted.iter().map(find).collect()
+}

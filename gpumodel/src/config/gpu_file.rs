@@ -1,0 +1,128 @@
+//! A GPU description as it stands in its TOML file.
+
+use super::gpu::{CacheRole, Family};
+use super::sourced::Sourced;
+use cachesim::{WriteMiss, WritePolicy};
+use serde::Deserialize;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GpuFile {
+    pub(super) identity: IdentityFile,
+    pub(super) clock: ClockFile,
+    pub(super) shader_cores: ShaderCoresFile,
+    pub(super) registers: RegistersFile,
+    pub(super) load_store: LoadStoreFile,
+    pub(super) cache: Vec<CacheFile>,
+    pub(super) paths: PathsFile,
+    pub(super) dram: DramFile,
+    pub(super) output: OutputFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct IdentityFile {
+    pub(super) name: Spanned<String>,
+    pub(super) title: String,
+    pub(super) family: Family,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ClockFile {
+    pub(super) mhz: Sourced<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ShaderCoresFile {
+    pub(super) count: Sourced<u32>,
+    pub(super) warp_width: Sourced<u32>,
+    pub(super) warp_pixels: Sourced<[u32; 2]>,
+    pub(super) warp_slots: Sourced<u32>,
+    pub(super) alu_lanes: Sourced<f64>,
+    pub(super) efu_lanes: Sourced<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RegistersFile {
+    pub(super) vec4: Sourced<u32>,
+    pub(super) granularity: Sourced<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LoadStoreFile {
+    pub(super) bytes_per_clock: Sourced<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CacheFile {
+    pub(super) name: Spanned<String>,
+    pub(super) role: CacheRole,
+    pub(super) per: Per,
+    pub(super) size: Sourced<u64>,
+    pub(super) line: Sourced<u64>,
+    pub(super) ways: Sourced<WaysFile>,
+    pub(super) policy: Sourced<PolicyFile>,
+    pub(super) write: Sourced<WritePolicy>,
+    pub(super) write_miss: Sourced<WriteMiss>,
+    pub(super) latency_cycles: Sourced<f64>,
+    pub(super) bytes_per_clock: Sourced<f64>,
+}
+
+/// Whether a cache is private.
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Per {
+    Core,
+    Gpu,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "expected a number of ways from 1, or \"full\"")]
+pub(super) enum WaysFile {
+    Count(u32),
+    Word(FullWord),
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum FullWord {
+    Full,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum PolicyFile {
+    Lru,
+    Fifo,
+    Plru,
+    Srrip,
+    Random,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PathsFile {
+    pub(super) ssbo: Sourced<Vec<String>>,
+    pub(super) texture: Sourced<Vec<String>>,
+    pub(super) private: Sourced<Vec<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DramFile {
+    pub(super) peak_gbs: Sourced<f64>,
+    pub(super) efficiency: Sourced<f64>,
+    pub(super) latency_ns: Sourced<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct OutputFile {
+    pub(super) bytes_per_pixel: Sourced<u32>,
+}

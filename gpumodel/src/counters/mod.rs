@@ -1,0 +1,11 @@
+//! What a replay counts, and what a profiler would show of it.
+
+mod frame;
+mod set;
+mod table;
+
+pub use frame::{
+    BufferTraffic, FrameCounters, HeatMap, IssueCounters, PassCounters, ScheduleCounters, TrafficCounters,
+};
+pub use set::{CounterSet, Value};
+pub use table::{COUNTERS, CounterInfo};

@@ -1,0 +1,194 @@
+//! The one table of counters: reports, lists and documentation are made from it.
+
+/// What a counter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CounterInfo {
+    /// Canonical id, the key in reports.
+    pub id: &'static str,
+    /// Name as a profiler would show it.
+    pub name: &'static str,
+    /// Group in a profiler's list.
+    pub group: &'static str,
+    /// Unit of the value.
+    pub unit: &'static str,
+    /// How it is computed.
+    pub formula: &'static str,
+    /// What it is per, or a share of; empty for a plain amount.
+    pub denominator: &'static str,
+}
+
+const fn row(
+    id: &'static str,
+    name: &'static str,
+    group: &'static str,
+    unit: &'static str,
+    formula: &'static str,
+    denominator: &'static str,
+) -> CounterInfo {
+    CounterInfo { id, name, group, unit, formula, denominator }
+}
+
+const GENERAL: &str = "General";
+const RAYS: &str = "Ray Tracing";
+const SHADERS: &str = "Shader Processing";
+const MEMORY: &str = "Memory Stats";
+const CACHES: &str = "Caches";
+const STALLS: &str = "Stalls";
+const ENERGY: &str = "Energy";
+
+/// All counters, in the order of reports.
+pub const COUNTERS: &[CounterInfo] = &[
+    row("frame_time_ms", "Frame Time", GENERAL, "ms", "the largest of the bounds", ""),
+    row("fps", "Frames / Second", GENERAL, "1/s", "1 / frame time", "second"),
+    row("rays", "Rays", RAYS, "rays", "rays traced, primary and shadow", ""),
+    row("mrays_per_second", "Mrays / Second", RAYS, "Mrays/s", "rays / frame time / 10^6", "second"),
+    row("structure_nodes", "Structure Nodes", RAYS, "nodes", "nodes of the tree", ""),
+    row("structure_bytes", "Structure Bytes", RAYS, "B", "nodes x bytes of a node record", ""),
+    row(
+        "node_fetches",
+        "Node Fetches",
+        RAYS,
+        "fetches",
+        "node records read from their buffer, ancestors read again included",
+        "",
+    ),
+    row("node_fetches_per_ray", "Node Fetches / Ray", RAYS, "fetches", "node fetches / rays", "ray"),
+    row("primitive_tests", "Primitive Tests", RAYS, "tests", "ray-triangle tests", ""),
+    row("primitive_tests_per_ray", "Primitive Tests / Ray", RAYS, "tests", "primitive tests / rays", "ray"),
+    row(
+        "restarts",
+        "Restarts",
+        RAYS,
+        "restarts",
+        "times that a traversal began again above the node it had reached",
+        "",
+    ),
+    row(
+        "alu_per_fragment",
+        "ALU / Fragment",
+        SHADERS,
+        "ops",
+        "full-precision scalar operations of active lanes / fragments; EFU excluded",
+        "fragment",
+    ),
+    row(
+        "alu_issued_per_fragment",
+        "ALU Issued / Fragment",
+        SHADERS,
+        "ops",
+        "operations of warp instructions x warp width / fragments; EFU excluded",
+        "fragment",
+    ),
+    row(
+        "efu_per_fragment",
+        "EFU / Fragment",
+        SHADERS,
+        "ops",
+        "elementary functions of active lanes / fragments",
+        "fragment",
+    ),
+    row(
+        "simt_efficiency",
+        "SIMT Efficiency",
+        SHADERS,
+        "ratio",
+        "ALU operations of active lanes / ALU operations issued",
+        "issued operations",
+    ),
+    row(
+        "occupancy",
+        "Wave Context Occupancy",
+        SHADERS,
+        "ratio",
+        "resident warps, mean over ticks of issue / (cores x warp slots)",
+        "warp slots",
+    ),
+    row(
+        "sp_memory_read_bytes",
+        "SP Memory Read",
+        MEMORY,
+        "B",
+        "lines that the loads of the shader cores read from the first cache of their path x line size: one line per load however many lanes share it; what misses goes on to DRAM and is counted there",
+        "",
+    ),
+    row(
+        "sp_memory_read_bytes_per_second",
+        "SP Memory Read (Bytes/Second)",
+        MEMORY,
+        "B/s",
+        "SP memory read / frame time",
+        "second",
+    ),
+    row(
+        "texture_memory_read_bytes",
+        "Texture Memory Read",
+        MEMORY,
+        "B",
+        "lines read through the texture caches x line size",
+        "",
+    ),
+    row("dram_read_bytes", "Read Total", MEMORY, "B", "lines that missed every cache x line size", ""),
+    row(
+        "dram_write_bytes",
+        "Write Total",
+        MEMORY,
+        "B",
+        "dirty lines written back x line size + colour written",
+        "",
+    ),
+    row(
+        "l1_accesses",
+        "L1 Accesses",
+        CACHES,
+        "accesses",
+        "lines touched by loads and stores at the first level",
+        "",
+    ),
+    row("l1_misses", "L1 Misses", CACHES, "accesses", "those not found", ""),
+    row("l2_accesses", "L2 Accesses", CACHES, "accesses", "lines touched at the second level", ""),
+    row("l2_misses", "L2 Misses", CACHES, "accesses", "those not found", ""),
+    row("l1_miss_ratio", "L1 Miss Ratio", CACHES, "ratio", "L1 misses / L1 accesses", "L1 accesses"),
+    row("l2_miss_ratio", "L2 Miss Ratio", CACHES, "ratio", "L2 misses / L2 accesses", "L2 accesses"),
+    row(
+        "shader_alu_capacity_utilized",
+        "Shader ALU Capacity Utilized",
+        SHADERS,
+        "ratio",
+        "ALU operations of active lanes / (cores x ALU lanes x clock x frame time)",
+        "ALU capacity of the frame",
+    ),
+    row(
+        "time_alus_working",
+        "Time ALUs Working",
+        SHADERS,
+        "ratio",
+        "ALU operations issued / (cores x ALU lanes x clock x frame time)",
+        "frame time",
+    ),
+    row(
+        "shaders_busy",
+        "Shaders Busy",
+        SHADERS,
+        "ratio",
+        "ticks of issue in which every core had a warp / ticks",
+        "ticks of issue",
+    ),
+    row(
+        "stalled_on_system_memory",
+        "Stalled on System Memory",
+        STALLS,
+        "ratio",
+        "cycles in which the last cache waits for DRAM / cycles",
+        "cycles",
+    ),
+    row(
+        "avg_bytes_per_fragment",
+        "Avg Bytes / Fragment",
+        MEMORY,
+        "B",
+        "bytes read from DRAM / fragments",
+        "fragment",
+    ),
+    row("energy_mj", "Energy", ENERGY, "mJ", "counts x energy each + static power x frame time", ""),
+    row("power_mw", "Power", ENERGY, "mW", "energy / frame time", "second"),
+];

@@ -1,0 +1,33 @@
+//! The crate's error.
+
+/// Why a configuration was refused or a trace could not be replayed. Messages name the file, the place and the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A configuration file is not what it should be.
+    #[error("{file}{}: {key}{problem}; {remedy}", line.map(|line| format!(":{line}")).unwrap_or_default())]
+    Config {
+        /// The file's name, as the caller gave it.
+        file: String,
+        /// Line in it, from 1, where one is known.
+        line: Option<usize>,
+        /// The key at fault and a colon, or nothing.
+        key: String,
+        /// What was found and what was expected.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The trace contradicts itself, or holds what this replay cannot do.
+    #[error("trace of '{scene}': {problem}; {remedy}")]
+    Trace {
+        /// Scene that the trace's header names.
+        scene: String,
+        /// What was found and what was expected.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The trace could not be read or made.
+    #[error(transparent)]
+    Source(#[from] tracer::Error),
+}

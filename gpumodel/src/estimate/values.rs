@@ -1,0 +1,140 @@
+//! Each counter's value, as [`COUNTERS`](crate::COUNTERS) defines it.
+
+use crate::config::CacheRole;
+use crate::counters::{BufferTraffic, CounterSet, PassCounters, Value};
+use crate::replay::{ReplayConfig, Replayed};
+use tracer::{Topology, TraceHeader};
+
+/// What all passes of a frame share.
+pub(super) struct FrameValues<'a> {
+    pub(super) replayed: &'a Replayed,
+    pub(super) header: &'a TraceHeader,
+    pub(super) topology: &'a Topology,
+    pub(super) config: &'a ReplayConfig,
+}
+
+/// The counters of a pass, or of the whole frame.
+pub(super) struct PassValues<'a> {
+    pub(super) frame: &'a FrameValues<'a>,
+    pub(super) pass: &'a PassCounters,
+    pub(super) seconds: f64,
+    /// Not a part of the frame but all of it.
+    pub(super) whole: bool,
+}
+
+const NO_RAYS: &str = "no ray was traced";
+const NO_TIME: &str = "it takes no time";
+const NO_WORK: &str = "nothing was issued";
+const NO_FRAGMENTS: &str = "there are no fragments";
+const OF_THE_FRAME: &str = "belongs to the frame, not to one of its parts";
+
+impl PassValues<'_> {
+    pub(super) fn set(&self) -> CounterSet {
+        CounterSet::new(|id| self.value(id))
+    }
+
+    fn value(&self, id: &str) -> Value {
+        let issue = &self.pass.issue;
+        let traffic = self.pass.traffic.total();
+        let gpu = &self.frame.config.gpu;
+        let fragments = self.frame.header.frame.rays() as f64;
+        let rays = issue.rays as f64;
+        let alu_capacity = f64::from(gpu.cores.count) * gpu.cores.alu_lanes * gpu.clock.hz * self.seconds;
+        match id {
+            "frame_time_ms" => Value::Real(self.seconds * 1e3),
+            "fps" => Value::ratio(1.0, self.seconds, NO_TIME),
+            "rays" => Value::Count(issue.rays),
+            "mrays_per_second" => self.per_second(rays / 1e6),
+            "structure_nodes" => self.of_frame(|| Value::Count(self.frame.topology.nodes.len() as u64)),
+            "structure_bytes" => self.of_frame(|| Value::Count(self.frame.replayed.structure_bytes)),
+            "node_fetches" => self.of_rays(Value::Count(issue.node_fetches)),
+            "node_fetches_per_ray" => Value::ratio(issue.node_fetches as f64, rays, NO_RAYS),
+            "primitive_tests" => self.of_rays(Value::Count(issue.primitive_tests)),
+            "primitive_tests_per_ray" => Value::ratio(issue.primitive_tests as f64, rays, NO_RAYS),
+            "restarts" => self.restarts(),
+            "alu_per_fragment" => Value::ratio(issue.alu_active as f64, fragments, NO_FRAGMENTS),
+            "alu_issued_per_fragment" => Value::ratio(issue.alu_issued as f64, fragments, NO_FRAGMENTS),
+            "efu_per_fragment" => Value::ratio(issue.efu_active as f64, fragments, NO_FRAGMENTS),
+            "simt_efficiency" => Value::ratio(issue.alu_active as f64, issue.alu_issued as f64, NO_WORK),
+            "occupancy" => self.of_frame(|| self.occupancy()),
+            "sp_memory_read_bytes" => Value::Count(self.shader_reads()),
+            "sp_memory_read_bytes_per_second" => self.per_second(self.shader_reads() as f64),
+            "texture_memory_read_bytes" => {
+                Value::absent("no texture is read; storage buffers do not go through the texture path")
+            }
+            "dram_read_bytes" => Value::Count(traffic.dram_read_bytes),
+            "dram_write_bytes" => Value::Count(traffic.dram_write_bytes + issue.output_bytes),
+            "l1_accesses" => self.level(CacheRole::L1, |accesses, _| Value::Count(accesses)),
+            "l1_misses" => self.level(CacheRole::L1, |_, misses| Value::Count(misses)),
+            "l1_miss_ratio" => self.level(CacheRole::L1, miss_ratio),
+            "l2_accesses" => self.level(CacheRole::L2, |accesses, _| Value::Count(accesses)),
+            "l2_misses" => self.level(CacheRole::L2, |_, misses| Value::Count(misses)),
+            "l2_miss_ratio" => self.level(CacheRole::L2, miss_ratio),
+            "shader_alu_capacity_utilized" => Value::ratio(issue.alu_active as f64, alu_capacity, NO_TIME),
+            "time_alus_working" => Value::ratio(issue.alu_issued as f64, alu_capacity, NO_TIME),
+            "shaders_busy" => self.of_frame(|| {
+                let schedule = &self.frame.replayed.counters.schedule;
+                Value::ratio(schedule.full_ticks as f64, schedule.ticks as f64, NO_WORK)
+            }),
+            "stalled_on_system_memory" => {
+                Value::absent("needs a model of time cycle by cycle; this one has bounds only")
+            }
+            "avg_bytes_per_fragment" => Value::ratio(traffic.dram_read_bytes as f64, fragments, NO_FRAGMENTS),
+            "energy_mj" | "power_mw" => Value::absent("no energy table is applied"),
+            _ => Value::absent("this estimate does not compute it"),
+        }
+    }
+
+    fn of_frame(&self, value: impl FnOnce() -> Value) -> Value {
+        if self.whole { value() } else { Value::absent(OF_THE_FRAME) }
+    }
+
+    fn of_rays(&self, value: Value) -> Value {
+        if self.pass.issue.rays > 0 { value } else { Value::absent(NO_RAYS) }
+    }
+
+    fn per_second(&self, amount: f64) -> Value {
+        Value::ratio(amount, self.seconds, NO_TIME)
+    }
+
+    fn restarts(&self) -> Value {
+        let header = self.frame.header;
+        match header.traversal.as_str() {
+            "restart" | "push-down" | "restart-trail" => self.of_rays(Value::Count(self.pass.issue.restarts)),
+            other => Value::Absent { reason: format!("{} {other} never restarts", header.accel.name()) },
+        }
+    }
+
+    fn occupancy(&self) -> Value {
+        let schedule = &self.frame.replayed.counters.schedule;
+        let cores = &self.frame.config.gpu.cores;
+        let slots = u64::from(cores.count) * u64::from(cores.warp_slots) * schedule.ticks;
+        Value::ratio(schedule.warp_ticks as f64, slots as f64, NO_WORK)
+    }
+
+    /// Bytes of the lines that loads read from the first cache of their path.
+    fn shader_reads(&self) -> u64 {
+        let gpu = &self.frame.config.gpu;
+        let first = &gpu.caches[gpu.paths.ssbo[0]];
+        self.pass.issue.lines_read * first.line_bytes
+    }
+
+    fn level(&self, role: CacheRole, value: impl FnOnce(u64, u64) -> Value) -> Value {
+        let gpu = &self.frame.config.gpu;
+        let traffic: BufferTraffic = self.pass.traffic.total();
+        let levels = gpu.caches.iter().zip(traffic.levels).filter(|(cache, _)| cache.role == role);
+        let (mut accesses, mut misses) = (0, 0);
+        levels.for_each(|(_, served)| {
+            accesses += served.accesses;
+            misses += served.misses;
+        });
+        if accesses == 0 {
+            return Value::absent("no buffer of this pass goes through a cache of that level");
+        }
+        value(accesses, misses)
+    }
+}
+
+fn miss_ratio(accesses: u64, misses: u64) -> Value {
+    Value::ratio(misses as f64, accesses as f64, NO_WORK)
+}

@@ -1,0 +1,14 @@
+//! Where things lie in memory: the only place of the project where a node number becomes an address.
+
+mod buffers;
+mod node;
+mod order;
+mod primitive;
+
+pub(crate) use buffers::{BufferKind, Buffers, Reads, STACK_ENTRY_BYTES};
+pub use node::{Field, NodeLayout};
+pub use order::NodeOrder;
+pub use primitive::PrimitiveLayout;
+
+/// Bytes of the widest load of one lane, four 32-bit words: records are read in these, and addresses count them.
+pub(crate) const VEC4_BYTES: u64 = 16;

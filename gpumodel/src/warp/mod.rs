@@ -1,0 +1,9 @@
+//! Replays the warps of a tile in lockstep: counts what they issue, and lists the lines that they touch.
+
+mod distinct;
+mod lockstep;
+mod program;
+mod stream;
+
+pub(crate) use program::{Program, TileReplay};
+pub(crate) use stream::{Pass, Run, TileStream};

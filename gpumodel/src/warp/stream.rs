@@ -1,0 +1,111 @@
+//! What a tile's warps ask of the caches, packed into words: for each load or store a header, then its lines.
+
+use crate::counters::IssueCounters;
+use crate::layout::BufferKind;
+use std::ops::Range;
+
+/// A part of the shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Pass {
+    Primary = 0,
+    Shadow = 1,
+    Output = 2,
+}
+
+impl Pass {
+    pub(crate) const ALL: [Self; 3] = [Self::Primary, Self::Shadow, Self::Output];
+}
+
+/// The streams of a tile's warps, and what the warps issued.
+#[derive(Debug, Default)]
+pub(crate) struct TileStream {
+    pub(crate) words: Vec<u32>,
+    /// Where each warp's words end.
+    pub(crate) warp_ends: Vec<usize>,
+    /// By [`Pass`].
+    pub(crate) issue: [IssueCounters; 3],
+    /// Node fetches of each ray of the tile.
+    pub(crate) node_fetches: Vec<u32>,
+}
+
+/// One load or store of a warp, or several that touch the same lines in the same order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Run(u32);
+
+impl Run {
+    const LINES: u32 = 0xFF;
+    const REPEAT_SHIFT: u32 = 8;
+    const KIND_SHIFT: u32 = 16;
+    const PASS_SHIFT: u32 = 19;
+    const WRITE: u32 = 1 << 21;
+    const LAST: u32 = 1 << 22;
+    /// Values of [`Self::key`] are below this.
+    pub(crate) const KEYS: usize = 64;
+
+    /// `lines` is at most the lanes of a warp, `repeats` the loads that touch them.
+    #[inline(always)]
+    pub(crate) fn new(pass: Pass, kind: BufferKind, write: bool, lines: usize, repeats: u32) -> Self {
+        debug_assert!(lines <= Self::LINES as usize && repeats <= 0xFF);
+        let write = if write { Self::WRITE } else { 0 };
+        Self(
+            lines as u32
+                | repeats << Self::REPEAT_SHIFT
+                | (kind as u32) << Self::KIND_SHIFT
+                | (pass as u32) << Self::PASS_SHIFT
+                | write,
+        )
+    }
+
+    #[inline(always)]
+    pub(crate) fn from_word(word: u32) -> Self {
+        Self(word)
+    }
+
+    #[inline(always)]
+    pub(crate) fn word(self) -> u32 {
+        self.0
+    }
+
+    /// The warp issues nothing after this run until its turn comes again.
+    #[inline(always)]
+    pub(crate) fn mark_last(word: &mut u32) {
+        *word |= Self::LAST;
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_last(self) -> bool {
+        self.0 & Self::LAST != 0
+    }
+
+    #[inline(always)]
+    pub(crate) fn lines(self) -> usize {
+        (self.0 & Self::LINES) as usize
+    }
+
+    #[inline(always)]
+    pub(crate) fn repeats(self) -> u32 {
+        self.0 >> Self::REPEAT_SHIFT & 0xFF
+    }
+
+    /// Buffer, pass and direction as one small number.
+    #[inline(always)]
+    pub(crate) fn key(self) -> usize {
+        (self.0 >> Self::KIND_SHIFT) as usize % Self::KEYS
+    }
+
+    /// What a key stands for; `None` for a number that no run has.
+    pub(crate) fn of_key(key: usize) -> Option<(Pass, BufferKind, bool)> {
+        let kind = BufferKind::ALL.get(key & 7)?;
+        let pass = Pass::ALL.get(key >> 3 & 3)?;
+        Some((*pass, *kind, key >> 5 != 0))
+    }
+}
+
+impl TileStream {
+    /// The words of warp `index`.
+    pub(crate) fn warp(&self, index: usize) -> Range<usize> {
+        let start = if index == 0 { 0 } else { self.warp_ends[index - 1] };
+        start..self.warp_ends[index]
+    }
+}
