@@ -1,2 +1,52 @@
-//! The `raybudget` command line.
-fn main() {}
+//! The `raybudget` command line: what a ray-traced frame costs a mobile GPU, and why.
+
+mod args;
+mod commands;
+mod console;
+mod frame;
+mod machine;
+mod meter;
+mod output;
+mod progress;
+mod report;
+mod settings;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+/// How a command ended when nothing went wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// It did what was asked.
+    Done,
+    /// A check failed: exit code 1.
+    CheckFailed,
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse()) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        Err(error) if error.is::<console::StdoutClosed>() => ExitCode::SUCCESS,
+        Err(error) => {
+            console::error(&error);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(cli: Cli) -> anyhow::Result<Outcome> {
+    let meter = meter::Meter::start();
+    match cli.command {
+        None => commands::profile::run(&args::ProfileArgs::bare(), &meter),
+        Some(Command::Profile(args)) => commands::profile::run(&args, &meter),
+        Some(Command::Trace(args)) => commands::trace::run(&args),
+        Some(Command::Replay(args)) => commands::replay::run(&args, &meter),
+        Some(Command::Check(args)) => commands::check::run(&args, &meter),
+        Some(Command::Cache(args)) => commands::cache::run(&args, &meter),
+        Some(Command::List(args)) => commands::list::run(&args),
+        Some(Command::Completions { shell }) => commands::shell::completions(shell),
+        Some(Command::Man { subcommand }) => commands::shell::man(subcommand.as_deref()),
+    }
+}

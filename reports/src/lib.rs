@@ -1,1 +1,21 @@
-//! Reports of ray-tracing cost estimates: text, JSON, CSV, charts, heat maps, budgets.
+//! Reports of ray-tracing cost estimates: one [`Report`], many writers.
+//!
+//! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`] for eyes, [`budget`] for gates. Every
+//! writer takes the same value, so that no two of them can disagree. A counter that a scene or a GPU does not have
+//! keeps the reason for its absence through all of them. The crate writes into memory and never prints.
+
+pub mod budget;
+mod counters;
+pub mod csv_table;
+mod error;
+mod from_estimate;
+pub mod heat_map;
+pub mod json;
+mod report;
+pub mod text;
+mod units;
+
+pub use counters::{Counter, Counters, Fidelity, Value};
+pub use error::Error;
+pub use from_estimate::SceneFacts;
+pub use report::{Bound, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA};

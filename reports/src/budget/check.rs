@@ -1,0 +1,177 @@
+//! Whether a report keeps a budget.
+
+use super::file::{Budget, Change, Limit, Rule};
+use crate::counters::{Counters, Value};
+use crate::error::Error;
+use crate::report::Report;
+use serde::Serialize;
+
+/// What breaking a limit means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// A warning.
+    Soft,
+    /// The check fails.
+    Hard,
+}
+
+/// How a limit fared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// Kept.
+    Pass,
+    /// Broken.
+    Fail,
+    /// The rule needs a baseline, and there is none.
+    NotCompared,
+}
+
+/// One limit and how it fared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The limit.
+    pub limit: Limit,
+    /// The figure.
+    pub value: Value,
+    /// Its unit.
+    pub unit: String,
+    /// The baseline's figure, where there is a baseline that has it.
+    pub baseline: Option<f64>,
+    /// How the limit fared.
+    pub outcome: Outcome,
+}
+
+impl Row {
+    /// Figure minus baseline.
+    pub fn change(&self) -> Option<f64> {
+        Some(self.value.as_f64()? - self.baseline?)
+    }
+
+    /// The change in percent of the baseline; none where that is 0.
+    pub fn percent(&self) -> Option<f64> {
+        self.baseline
+            .filter(|&baseline| baseline != 0.0)
+            .and_then(|baseline| Some(self.change()? / baseline * 100.0))
+    }
+}
+
+/// A budget held against a report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checked {
+    /// In file order.
+    pub rows: Vec<Row>,
+    /// In what the baseline's inputs differ from the report's, in sentences: such a comparison may mean little.
+    pub stale: Vec<String>,
+}
+
+impl Checked {
+    /// Number of broken limits of that severity.
+    pub fn failures(&self, severity: Severity) -> usize {
+        self.rows.iter().filter(|row| row.outcome == Outcome::Fail && row.limit.severity == severity).count()
+    }
+}
+
+impl Budget {
+    /// Holds the budget against `report`, changes against `baseline`. Without a baseline, rules about changes are not
+    /// compared.
+    ///
+    /// # Errors
+    /// When the report lacks a counter or a pass that the budget limits; the error gives the reason of the absence.
+    pub fn check(&self, report: &Report, baseline: Option<&Report>) -> Result<Checked, Error> {
+        let rows =
+            self.limits.iter().map(|limit| self.row(limit, report, baseline)).collect::<Result<_, _>>()?;
+        let stale = baseline.map_or_else(Vec::new, |baseline| differences(report, baseline));
+        Ok(Checked { rows, stale })
+    }
+
+    fn row(&self, limit: &Limit, report: &Report, baseline: Option<&Report>) -> Result<Row, Error> {
+        let refuse =
+            |problem: String, remedy: &str| Err(Error::at_line(&self.file, limit.line, problem, remedy));
+        let id = &limit.counter;
+        let Some(counters) = counters_of(limit, report) else {
+            let known: Vec<&str> = report.passes.iter().map(|pass| pass.name.as_str()).collect();
+            let pass = limit.pass.as_deref().unwrap_or_default();
+            return refuse(
+                format!("the report has no pass '{pass}'"),
+                &format!("use one of: {}; or leave pass out for the whole frame", known.join(", ")),
+            );
+        };
+        let place = limit.pass.as_ref().map_or_else(|| "frame".to_owned(), |pass| format!("pass '{pass}'"));
+        let Some(counter) = counters.get(id) else {
+            return refuse(
+                format!("the {place} of this report has no counter {id}"),
+                "remove the limit, or limit it where the report has it",
+            );
+        };
+        let Some(value) = counter.value.as_f64() else {
+            let reason = match &counter.value {
+                Value::Absent { reason } => reason.trim_end_matches('.'),
+                _ => "it has no figure",
+            };
+            return refuse(
+                format!("{id} is absent from the {place}: {reason}"),
+                "remove the limit, or check a scene and GPU that have it",
+            );
+        };
+        let baseline = baseline
+            .and_then(|baseline| counters_of(limit, baseline))
+            .and_then(|counters| counters.get(id))
+            .and_then(|counter| counter.value.as_f64());
+        let outcome = match limit.rule.holds(value, baseline) {
+            Some(true) => Outcome::Pass,
+            Some(false) => Outcome::Fail,
+            None => Outcome::NotCompared,
+        };
+        Ok(Row {
+            limit: limit.clone(),
+            value: counter.value.clone(),
+            unit: counter.unit.clone(),
+            baseline,
+            outcome,
+        })
+    }
+}
+
+impl Rule {
+    /// Whether the rule holds; `None` where it needs a baseline and there is none.
+    fn holds(self, value: f64, baseline: Option<f64>) -> Option<bool> {
+        let within = |change: f64, most: Change, baseline: f64| match most {
+            Change::Absolute(most) => change <= most,
+            // Multiplied out, so that a baseline of 0 allows no change and 5 % of 100 is not rounded.
+            Change::Percent(most) => change * 100.0 <= most * baseline.abs(),
+        };
+        match self {
+            Self::Max(most) => Some(value <= most),
+            Self::Min(least) => Some(value >= least),
+            Self::MaxIncrease(most) => baseline.map(|baseline| within(value - baseline, most, baseline)),
+            Self::MaxDecrease(most) => baseline.map(|baseline| within(baseline - value, most, baseline)),
+        }
+    }
+}
+
+fn counters_of<'a>(limit: &Limit, report: &'a Report) -> Option<&'a Counters> {
+    match &limit.pass {
+        None => Some(&report.counters),
+        Some(pass) => report.pass(pass).map(|pass| &pass.counters),
+    }
+}
+
+fn differences(report: &Report, baseline: &Report) -> Vec<String> {
+    let object = |report: &Report| match serde_json::to_value(&report.inputs) {
+        Ok(serde_json::Value::Object(fields)) => fields,
+        _ => unreachable!("inputs are a struct of plain fields"),
+    };
+    let (ours, theirs) = (object(report), object(baseline));
+    let mut sentences = Vec::new();
+    if report.tool != baseline.tool {
+        sentences.push(format!("the baseline was made by {}, this report by {}", baseline.tool, report.tool));
+    }
+    for (key, value) in &ours {
+        if let Some(other) = theirs.get(key).filter(|&other| other != value) {
+            sentences.push(format!("inputs.{key} is {other} in the baseline and {value} here"));
+        }
+    }
+    sentences
+}

@@ -1,0 +1,64 @@
+//! From the model's estimate to a report.
+
+use crate::counters::{Counter, Counters, Fidelity, Value};
+use crate::report::{Bound, Inputs, LeftOut, Pass, Report, Run, SCHEMA};
+use gpumodel::{CounterSet, Estimate};
+
+/// What a report says of the scene itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SceneFacts {
+    /// What the scene needs and the traced rays do not do.
+    pub left_out: Vec<LeftOut>,
+    /// What was missing, assumed or noticed when the scene was loaded, in sentences.
+    pub notes: Vec<String>,
+}
+
+impl Report {
+    /// The report of `estimate`, which `run.fidelity` made.
+    pub fn new(tool: &str, inputs: Inputs, scene: SceneFacts, estimate: &Estimate, run: Run) -> Self {
+        let from = run.fidelity;
+        let model = estimate
+            .left_out
+            .iter()
+            .map(|entry| LeftOut { what: entry.what.to_string(), why: entry.why.to_string() });
+        let SceneFacts { mut left_out, notes } = scene;
+        left_out.extend(model);
+        Self {
+            schema: SCHEMA,
+            tool: tool.to_owned(),
+            inputs,
+            left_out,
+            run,
+            counters: counters(&estimate.frame, from),
+            passes: estimate
+                .passes
+                .iter()
+                .map(|pass| Pass { name: pass.name.clone(), counters: counters(&pass.counters, from) })
+                .collect(),
+            bounds: estimate
+                .bounds
+                .iter()
+                .map(|bound| Bound { name: bound.name.to_owned(), seconds: bound.seconds })
+                .collect(),
+            deciding_bound: Some(estimate.deciding_bound.to_owned()),
+            assumptions: estimate.assumptions.clone(),
+            notes,
+        }
+    }
+}
+
+fn counters(set: &CounterSet, from: Fidelity) -> Counters {
+    set.iter()
+        .map(|(info, value)| {
+            let value = match value {
+                gpumodel::Value::Count(count) => Value::Count(*count),
+                gpumodel::Value::Real(real) if real.is_finite() => Value::Real(*real),
+                gpumodel::Value::Real(_) => {
+                    Value::Absent { reason: "the figure is beyond what a number can hold".to_owned() }
+                }
+                gpumodel::Value::Absent { reason } => Value::Absent { reason: reason.clone() },
+            };
+            (info.id.to_owned(), Counter { value, unit: info.unit.to_owned(), ci95: None, from })
+        })
+        .collect()
+}

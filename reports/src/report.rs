@@ -1,0 +1,144 @@
+//! What a report says. The field names and their nesting are the JSON form, schema 1.
+
+use crate::counters::{Counters, Fidelity};
+use serde::{Deserialize, Serialize};
+
+/// Version of the JSON form. It changes when a field changes its meaning or goes; new fields keep it.
+pub const SCHEMA: u32 = 1;
+
+/// The cost of one frame on one GPU, and how it was found.
+///
+/// Everything but [`Report::run`] follows from the inputs alone: the same inputs give the same bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Program and version.
+    pub tool: String,
+    /// What was asked.
+    pub inputs: Inputs,
+    /// What the scene or the technique needs and the figures do not contain.
+    pub left_out: Vec<LeftOut>,
+    /// What the answer cost to find.
+    pub run: Run,
+    /// The whole frame.
+    pub counters: Counters,
+    /// The passes, in the order in which the GPU would run them.
+    pub passes: Vec<Pass>,
+    /// Lower bounds of the frame time, one for each resource.
+    #[serde(default)]
+    pub bounds: Vec<Bound>,
+    /// Name of the bound that decides the frame time.
+    #[serde(default)]
+    pub deciding_bound: Option<String>,
+    /// Which figures are estimates and what was assumed for them, in sentences.
+    #[serde(default)]
+    pub assumptions: Vec<String>,
+    /// What was missing, assumed or noticed when the scene was loaded, in sentences.
+    #[serde(default)]
+    pub notes: Vec<String>,
+}
+
+/// What was asked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Inputs {
+    /// Scene.
+    pub scene: String,
+    /// GPU.
+    pub gpu: String,
+    /// Kind of acceleration structure.
+    pub accel: String,
+    /// Traversal.
+    pub traversal: String,
+    /// Primitive layout.
+    pub layout: String,
+    /// Technique.
+    pub technique: String,
+    /// Pixels per row; none for a list of rays.
+    pub width: Option<u32>,
+    /// Rows of pixels; none for a list of rays.
+    pub height: Option<u32>,
+    /// Start of the random sequence; none where nothing is random.
+    pub seed: Option<u64>,
+    /// Hashes of what the names above stand for.
+    pub hashes: Hashes,
+    /// Triangles of the scene.
+    pub triangles: u32,
+    /// Ray sets, in the order in which a pixel casts them.
+    pub ray_sets: Vec<String>,
+    /// SAH costs Ct and Ci of the build.
+    pub sah_costs: [f64; 2],
+    /// Entries of a short stack in registers; 0 without one.
+    pub short_stack: u32,
+    /// Bits of the restart trail, where there is one.
+    pub trail_bits: Option<u32>,
+}
+
+/// Xxh3 hashes (64 bits, 16 hexadecimal digits).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hashes {
+    /// Of the scene's triangles, camera and lights.
+    pub scene: String,
+    /// Of the text of the GPU's description.
+    pub gpu: String,
+    /// Of the text of the table of shader costs.
+    pub costs: String,
+}
+
+/// One thing that the figures do not contain.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// What.
+    pub what: String,
+    /// Why, and how much it touches.
+    pub why: String,
+}
+
+/// What the answer cost to find. The only part of a report that differs from run to run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Wall time of the whole run, in seconds.
+    pub wall_s: f64,
+    /// Most memory that the process held, where the system tells.
+    pub peak_rss_bytes: Option<u64>,
+    /// Rung of the ladder of fidelity.
+    pub fidelity: Fidelity,
+    /// Part of the warps that was replayed, from 0 to 1.
+    pub sampled_fraction: f64,
+    /// Worker threads.
+    pub threads: u32,
+    /// Wall time for loading the scene or opening the trace, in seconds.
+    #[serde(default)]
+    pub load_s: f64,
+    /// Wall time for building the structure, in seconds; none for a replay of a file.
+    #[serde(default)]
+    pub build_s: Option<f64>,
+    /// Wall time for tracing and replaying together, in seconds.
+    #[serde(default)]
+    pub replay_s: f64,
+}
+
+/// One pass of the frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pass {
+    /// Its name.
+    pub name: String,
+    /// Its counters.
+    pub counters: Counters,
+}
+
+/// The least time that one resource needs for the frame's work.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bound {
+    /// The resource.
+    pub name: String,
+    /// The time, in seconds.
+    pub seconds: f64,
+}
+
+impl Report {
+    /// The pass called `name`.
+    pub fn pass(&self, name: &str) -> Option<&Pass> {
+        self.passes.iter().find(|pass| pass.name == name)
+    }
+}

@@ -1,0 +1,210 @@
+//! The report as a profiler's counter list: groups of counters, one column for the frame and one for each pass; then
+//! the bounds, what was left out, what is an estimate, and what the run cost.
+
+use crate::counters::{Counter, Value};
+use crate::report::{Bound, Inputs, Report, Run};
+use crate::units;
+use gpumodel::{COUNTERS, CounterInfo};
+use std::fmt::Write;
+
+/// Whether the text may hold terminal escapes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Text only.
+    Plain,
+    /// Headings in bold.
+    Ansi,
+}
+
+impl Style {
+    fn bold(self, text: &str) -> String {
+        match self {
+            Self::Plain => text.to_owned(),
+            Self::Ansi => format!("\x1b[1m{text}\x1b[0m"),
+        }
+    }
+}
+
+const NAME_WIDTH: usize = 32;
+const NUMBER_WIDTH: usize = 14;
+const UNIT_WIDTH: usize = 7;
+const LINE_WIDTH: usize = 100;
+
+/// The whole report as text with a final line feed.
+pub fn write(report: &Report, style: Style) -> String {
+    let mut out = String::new();
+    heading(&mut out, &report.tool, &report.inputs, style);
+    counters(&mut out, report, style);
+    absent(&mut out, report, style);
+    bounds(&mut out, &report.bounds, report.deciding_bound.as_deref(), style);
+    let left_out: Vec<String> =
+        report.left_out.iter().map(|entry| format!("{}: {}", entry.what, entry.why)).collect();
+    sentences(&mut out, "Left out of these figures", &left_out, style);
+    sentences(&mut out, "Estimates and assumptions", &report.assumptions, style);
+    sentences(&mut out, "The scene", &report.notes, style);
+    run(&mut out, &report.run, style);
+    out
+}
+
+macro_rules! line {
+    ($out:expr) => { $out.push('\n') };
+    ($out:expr, $($args:tt)*) => { writeln!($out, $($args)*).expect("a string takes every write") };
+}
+
+fn heading(out: &mut String, tool: &str, inputs: &Inputs, style: Style) {
+    let size = match (inputs.width, inputs.height) {
+        (Some(width), Some(height)) => format!("{width}x{height} pixels"),
+        _ => "a list of rays".to_owned(),
+    };
+    line!(out, "{}", style.bold(&format!("{} on {}", inputs.scene, inputs.gpu)));
+    line!(
+        out,
+        "{} triangles, {size}, {} rays; {} with {} traversal{}, Ct {} Ci {}; {} primitives; {}",
+        units::grouped(u64::from(inputs.triangles)),
+        inputs.ray_sets.join(" + "),
+        inputs.accel,
+        inputs.traversal,
+        trail(inputs),
+        inputs.sah_costs[0],
+        inputs.sah_costs[1],
+        inputs.layout,
+        inputs.technique,
+    );
+    line!(
+        out,
+        "{tool}; scene {}, gpu {}, costs {}",
+        inputs.hashes.scene,
+        inputs.hashes.gpu,
+        inputs.hashes.costs
+    );
+}
+
+fn trail(inputs: &Inputs) -> String {
+    let mut parts = Vec::new();
+    parts.extend(inputs.trail_bits.map(|bits| format!("{bits}-bit trail")));
+    if inputs.short_stack > 0 {
+        parts.push(format!("short stack of {}", inputs.short_stack));
+    }
+    if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) }
+}
+
+fn counters(out: &mut String, report: &Report, style: Style) {
+    let mut groups: Vec<&str> = COUNTERS.iter().map(|info| info.group).collect();
+    let mut seen = Vec::new();
+    groups.retain(|group| {
+        !seen.contains(group) && {
+            seen.push(group);
+            true
+        }
+    });
+    for group in groups {
+        let rows: Vec<&CounterInfo> = COUNTERS
+            .iter()
+            .filter(|info| info.group == group && report.counters.get(info.id).is_some())
+            .collect();
+        if rows.is_empty() {
+            continue;
+        }
+        line!(out);
+        let mut titles = format!("{group:<NAME_WIDTH$}{:>NUMBER_WIDTH$} {:<UNIT_WIDTH$}", "frame", "");
+        for pass in &report.passes {
+            write!(titles, "{:>NUMBER_WIDTH$} {:<UNIT_WIDTH$}", pass.name, "")
+                .expect("a string takes every write");
+        }
+        line!(out, "{}", style.bold(titles.trim_end()));
+        for info in rows {
+            let passes = report.passes.iter().map(|pass| cell(pass.counters.get(info.id)));
+            let cells: String = std::iter::once(cell(report.counters.get(info.id))).chain(passes).collect();
+            line!(out, "{}", format!("  {:<width$}{cells}", info.name, width = NAME_WIDTH - 2).trim_end());
+        }
+    }
+}
+
+fn cell(counter: Option<&Counter>) -> String {
+    let Some(counter) = counter else {
+        return " ".repeat(NUMBER_WIDTH + 1 + UNIT_WIDTH);
+    };
+    let (number, unit) = units::scaled(&counter.value, &counter.unit).unwrap_or(("-".into(), String::new()));
+    format!("{number:>NUMBER_WIDTH$} {unit:<UNIT_WIDTH$}")
+}
+
+fn absent(out: &mut String, report: &Report, style: Style) {
+    let reasons: Vec<String> = report
+        .counters
+        .iter()
+        .filter_map(|(id, counter)| match &counter.value {
+            Value::Absent { reason } => {
+                Some(format!("{}: {reason}", units::counter_info(id).map_or(id, |info| info.name)))
+            }
+            _ => None,
+        })
+        .collect();
+    sentences(out, "Absent counters", &reasons, style);
+}
+
+fn bounds(out: &mut String, bounds: &[Bound], deciding: Option<&str>, style: Style) {
+    if bounds.is_empty() {
+        return;
+    }
+    line!(out);
+    line!(out, "{}", style.bold("Bounds of the frame time"));
+    for Bound { name, seconds } in bounds {
+        let mark = if deciding == Some(name) { "  <- decides" } else { "" };
+        let milliseconds = units::digits(seconds * 1e3);
+        line!(out, "  {name:<width$}{milliseconds:>NUMBER_WIDTH$} ms{mark}", width = NAME_WIDTH - 2);
+    }
+}
+
+fn sentences(out: &mut String, title: &str, sentences: &[String], style: Style) {
+    if sentences.is_empty() {
+        return;
+    }
+    line!(out);
+    line!(out, "{}", style.bold(title));
+    for sentence in sentences {
+        let mut column = 0;
+        for word in sentence.split_whitespace() {
+            let width = word.chars().count();
+            if column == 0 {
+                write!(out, "  - {word}").expect("a string takes every write");
+                column = 4 + width;
+            } else if column + 1 + width > LINE_WIDTH {
+                write!(out, "\n    {word}").expect("a string takes every write");
+                column = 4 + width;
+            } else {
+                write!(out, " {word}").expect("a string takes every write");
+                column += 1 + width;
+            }
+        }
+        line!(out);
+    }
+}
+
+fn run(out: &mut String, run: &Run, style: Style) {
+    let Run { wall_s, peak_rss_bytes, fidelity, sampled_fraction, threads, load_s, build_s, replay_s } = run;
+    let seconds = |s: f64| format!("{s:.3} s");
+    line!(out);
+    line!(out, "{}", style.bold("This run"));
+    let mut row = |name: &str, value: String| line!(out, "  {name:<width$}{value}", width = NAME_WIDTH - 2);
+    let part = if *sampled_fraction < 1.0 {
+        format!(" of {} % of the warps", units::digits(sampled_fraction * 100.0))
+    } else {
+        ", every access".to_owned()
+    };
+    row("fidelity", format!("{}{part}", fidelity.name()));
+    let build = build_s.map(|s| format!(", build {}", seconds(s))).unwrap_or_default();
+    row(
+        "wall time",
+        format!(
+            "{} (load {}{build}, trace and replay {})",
+            seconds(*wall_s),
+            seconds(*load_s),
+            seconds(*replay_s)
+        ),
+    );
+    if let Some(bytes) = peak_rss_bytes {
+        let (number, unit) = units::scaled(&Value::Count(*bytes), "B").expect("a count is a figure");
+        row("peak memory", format!("{number} {unit}"));
+    }
+    row("threads", threads.to_string());
+}

@@ -1,0 +1,291 @@
+//! The command line as it is written: the one definition that parsing, help, completions and the man page come from.
+//!
+//! These are raw settings; [`crate::settings`] and [`crate::machine`] check them and turn them into what the work needs.
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+/// Predicts what a ray-traced frame costs a mobile GPU, without the GPU.
+///
+/// It builds the acceleration structure, traces the frame in software, and replays what every ray fetched and computed
+/// through a described GPU: its warps, caches, memory and ALUs. Without a command, it profiles the scene 'atrium' and
+/// writes its reports into ./raybudget-out.
+#[derive(Debug, Parser)]
+#[command(
+    name = "raybudget",
+    version,
+    max_term_width = 100,
+    after_help = "Exit codes: 0 done, 1 a check failed, 2 an error in the input or its use."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Report what a scene's frame costs on a GPU.
+    Profile(ProfileArgs),
+    /// Record what every ray of a frame visits into a file.
+    Trace(TraceArgs),
+    /// Report what a recorded frame costs on a GPU; exactly as `profile` would, without tracing again.
+    Replay(ReplayArgs),
+    /// Hold a frame's counters against the limits of a budget file; exit 1 if a hard one is broken.
+    Check(CheckArgs),
+    /// Count hits and misses of a stream of addresses in a hierarchy of caches.
+    Cache(CacheArgs),
+    /// List what there is to choose from.
+    List(ListArgs),
+    /// Print a completion script for a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Print the manual page, in roff.
+    Man {
+        /// Of this command; without it, of the whole program.
+        subcommand: Option<String>,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ProfileArgs {
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml.
+    #[arg(default_value = DEFAULT_SCENE)]
+    pub(crate) scene: String,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) machine: MachineArgs,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// The scene that is profiled when none is named.
+pub(crate) const DEFAULT_SCENE: &str = "atrium";
+
+impl ProfileArgs {
+    /// What `raybudget` alone stands for.
+    pub(crate) fn bare() -> Self {
+        Self {
+            scene: DEFAULT_SCENE.to_owned(),
+            frame: FrameArgs::default(),
+            machine: MachineArgs::default(),
+            report: ReportArgs { format: Format::Text, out: Some(PathBuf::from("raybudget-out")) },
+            run: RunArgs::default(),
+        }
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct TraceArgs {
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml.
+    pub(crate) scene: String,
+    /// The trace file to write.
+    #[arg(short, long, value_name = "F.rbt")]
+    pub(crate) out: PathBuf,
+    /// Trace these rays, each for its closest hit, instead of the camera's: little-endian f32 x 8 per ray, origin xyz,
+    /// t_min, direction xyz, t_max.
+    #[arg(long, value_name = "RAYS.bin", conflicts_with = "size")]
+    pub(crate) rays: Option<PathBuf>,
+    /// Write what every primary ray hit: ray,primitive,t,u,v; primitive is the triangle's index in file order; all but
+    /// the ray's number empty on a miss.
+    #[arg(long, value_name = "HITS.csv")]
+    pub(crate) hits: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ReplayArgs {
+    /// A trace file that `raybudget trace` wrote.
+    #[arg(value_name = "F.rbt")]
+    pub(crate) trace: PathBuf,
+    #[command(flatten)]
+    pub(crate) machine: MachineArgs,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CheckArgs {
+    /// What to check: a scene to profile as `profile` does, or a finished report (.json).
+    #[arg(value_name = "SCENE|REPORT.json", default_value = DEFAULT_SCENE)]
+    pub(crate) subject: String,
+    /// The limits.
+    #[arg(long, value_name = "BUDGET.toml")]
+    pub(crate) budget: PathBuf,
+    /// An earlier report, for limits on changes.
+    #[arg(long, value_name = "BASELINE.json")]
+    pub(crate) baseline: Option<PathBuf>,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) machine: MachineArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CacheArgs {
+    /// .din (Dinero: `0|1|2 hex-address`), .csv (`op,address,size`), or .u64 (raw little-endian).
+    pub(crate) addresses: PathBuf,
+    /// The caches, one [[level]] table each, from the requester to memory.
+    #[arg(long, value_name = "LEVELS.toml")]
+    pub(crate) levels: PathBuf,
+    /// Also give the misses of a fully associative LRU cache of every size, in lines of the first level.
+    #[arg(long)]
+    pub(crate) curve: bool,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ListArgs {
+    #[arg(value_enum)]
+    pub(crate) what: Listed,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Listed {
+    /// Described GPUs.
+    Gpus,
+    /// Built-in scenes.
+    Scenes,
+    /// How a frame is rendered.
+    Techniques,
+    /// Counters with unit, formula and denominator.
+    Counters,
+    /// Structures and the traversals that walk them.
+    Traversals,
+    /// How triangles lie in memory.
+    Layouts,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs.
+    Json,
+    /// For spreadsheets.
+    Csv,
+}
+
+/// Which rays are traced through which structure.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Frame")]
+pub(crate) struct FrameArgs {
+    /// Acceleration structure [default: bvh].
+    #[arg(long, value_parser = PossibleValuesParser::new(["bvh", "kd"]))]
+    pub(crate) accel: Option<String>,
+    /// How rays walk it; see `raybudget list traversals` [default: stack].
+    #[arg(long, value_name = "T", value_parser = PossibleValuesParser::new(traversal_names()))]
+    pub(crate) traversal: Option<String>,
+    /// Size of the image in pixels [default: 1024x1024].
+    #[arg(long, value_name = "WxH")]
+    pub(crate) size: Option<String>,
+    /// SAH cost of visiting an inner node [default: 3].
+    #[arg(long, value_name = "COST")]
+    pub(crate) ct: Option<f64>,
+    /// SAH cost of testing a triangle [default: 1.5].
+    #[arg(long, value_name = "COST")]
+    pub(crate) ci: Option<f64>,
+    /// Entries of the short stack of restart-trail and push-down [default: 0].
+    #[arg(long, value_name = "N")]
+    pub(crate) short_stack: Option<u32>,
+    /// Width of the restart trail [default: 64].
+    #[arg(long, value_name = "BITS", value_parser = PossibleValuesParser::new(["32", "64"]))]
+    pub(crate) trail_bits: Option<String>,
+    /// kd-tree: how large a triangle is in a cell: its clamped box, or exactly the part inside [default: bounding-box].
+    #[arg(long, value_name = "KIND", value_parser = PossibleValuesParser::new(["bounding-box", "perfect"]))]
+    pub(crate) splits: Option<String>,
+    /// kd-tree: whether cells without thickness may be made [default: allowed].
+    #[arg(long, value_name = "RULE", value_parser = PossibleValuesParser::new(["allowed", "forbidden"]))]
+    pub(crate) flat_cells: Option<String>,
+    /// kd-tree: factor on the cost of a split with an empty side [default: 1, no bonus].
+    #[arg(long, value_name = "FACTOR")]
+    pub(crate) empty_bonus: Option<f64>,
+    /// kd-tree: longest path from the root, in edges [default: by the number of triangles].
+    #[arg(long, value_name = "EDGES")]
+    pub(crate) max_depth: Option<u32>,
+}
+
+/// What the frame is replayed through.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Machine")]
+pub(crate) struct MachineArgs {
+    /// A described GPU by name, or a file that describes one [default: adreno-540].
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) gpu: Option<String>,
+    /// How triangles lie in memory [default: padded].
+    #[arg(long, value_parser = PossibleValuesParser::new(gpumodel::PrimitiveLayout::ALL.map(gpumodel::PrimitiveLayout::name)))]
+    pub(crate) layout: Option<String>,
+    /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) costs: Option<PathBuf>,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct ReportArgs {
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    /// Also write report.txt, report.json, counters.csv and node-fetches.png into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Run")]
+pub(crate) struct RunArgs {
+    /// Worker threads [default: one per core]. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) threads: Option<u32>,
+}
+
+/// Every traversal's name once.
+fn traversal_names() -> Vec<&'static str> {
+    let mut names = Vec::new();
+    for traversal in tracer::Traversal::ALL {
+        if !names.contains(&traversal.name()) {
+            names.push(traversal.name());
+        }
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_default_scene_is_built_in_and_the_help_names_it() {
+        assert!(scenes::BUILTINS.iter().any(|scene| scene.name == DEFAULT_SCENE));
+        let help = Cli::command().render_long_help().to_string();
+        assert!(help.contains(&format!("the scene '{DEFAULT_SCENE}'")), "{help}");
+    }
+}

@@ -1,0 +1,32 @@
+//! One file per command: parse, call, print.
+
+pub(crate) mod cache;
+pub(crate) mod check;
+pub(crate) mod list;
+pub(crate) mod profile;
+pub(crate) mod replay;
+pub(crate) mod shell;
+pub(crate) mod trace;
+
+use crate::args::{Format, ReportArgs};
+use crate::console;
+use crate::report::{Answer, ReportFiles};
+use reports::{csv_table, json, text};
+
+/// Opens the files that a report was asked to be written into.
+fn open_report_files(args: &ReportArgs) -> anyhow::Result<Option<ReportFiles>> {
+    args.out.as_deref().map(ReportFiles::create).transpose()
+}
+
+/// Writes the files, then prints the report.
+fn deliver(answer: &Answer, files: Option<ReportFiles>, format: Format) -> anyhow::Result<()> {
+    if let Some(files) = files {
+        files.write(answer)?;
+    }
+    let report = &answer.report;
+    console::print(&match format {
+        Format::Text => text::write(report, console::style()),
+        Format::Json => json::write(report),
+        Format::Csv => csv_table::write(report),
+    })
+}

@@ -1,0 +1,32 @@
+//! `raybudget profile`: what a scene's frame costs on a GPU.
+
+use super::{deliver, open_report_files};
+use crate::Outcome;
+use crate::args::ProfileArgs;
+use crate::frame::Frame;
+use crate::machine::Machine;
+use crate::meter::Meter;
+use crate::report::{self, Answer, Before};
+use crate::settings::{FrameSettings, start_threads};
+
+pub(crate) fn run(args: &ProfileArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    let settings = FrameSettings::new(&args.frame)?;
+    let machine = Machine::new(&args.machine)?;
+    start_threads(args.run.threads)?;
+    let files = open_report_files(&args.report)?;
+    let answer = profile(&args.scene, &settings, &machine, meter)?;
+    deliver(&answer, files, args.report.format)?;
+    Ok(Outcome::Done)
+}
+
+/// Builds, traces and replays the frame.
+pub(super) fn profile(
+    scene: &str,
+    settings: &FrameSettings,
+    machine: &Machine,
+    meter: &Meter,
+) -> anyhow::Result<Answer> {
+    let frame = Frame::build(scene, settings)?;
+    let before = Before { load_s: frame.load_s, build_s: Some(frame.build_s) };
+    report::answer(&frame.tracer(None), frame.facts(), machine, &before, meter)
+}

@@ -1,0 +1,243 @@
+//! The frame as it was asked for, checked: what can be refused before any work is refused here.
+
+use crate::args::FrameArgs;
+use anyhow::{anyhow, bail};
+use tracer::bvh::restart_trail::TrailBits;
+use tracer::kd::{FlatCells, KdOptions, Splits};
+use tracer::{Accel, BuildOptions, Traversal};
+
+/// Longest side of an image: what the described GPUs can render to (Vulkan's maxImageDimension2D on Adreno 5xx).
+const MAX_SIDE: u32 = 16384;
+/// Most pixels of an image: a map of one figure per pixel then takes 256 MiB.
+const MAX_PIXELS: u64 = 1 << 26;
+
+/// Size of an image in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ImageSize {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+impl Default for ImageSize {
+    fn default() -> Self {
+        Self { width: 1024, height: 1024 }
+    }
+}
+
+impl ImageSize {
+    fn parse(text: &str) -> anyhow::Result<Self> {
+        let parts = text.split_once(['x', 'X']);
+        let sides = parts.and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+        let Some((width, height)): Option<(u32, u32)> = sides else {
+            bail!("--size {text}: expected WIDTHxHEIGHT in pixels, such as 1024x1024");
+        };
+        if width == 0 || height == 0 {
+            bail!("--size {text}: an image without pixels casts no rays; expected at least 1x1");
+        }
+        if width > MAX_SIDE || height > MAX_SIDE {
+            bail!(
+                "--size {text}: expected at most {MAX_SIDE} pixels a side, the largest image that the described GPUs \
+                 render to; give a smaller size"
+            );
+        }
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            bail!(
+                "--size {text}: expected at most {MAX_PIXELS} pixels (8192x8192), so that figures kept per pixel fit in \
+                 memory; give a smaller size"
+            );
+        }
+        Ok(Self { width, height })
+    }
+}
+
+/// Which rays are traced through which structure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FrameSettings {
+    pub(crate) size: ImageSize,
+    pub(crate) traversal: Traversal,
+    pub(crate) build: BuildOptions,
+}
+
+impl FrameSettings {
+    pub(crate) fn new(args: &FrameArgs) -> anyhow::Result<Self> {
+        let FrameArgs {
+            accel,
+            traversal,
+            size,
+            ct,
+            ci,
+            short_stack,
+            trail_bits,
+            splits,
+            flat_cells,
+            empty_bonus,
+            max_depth,
+        } = args;
+        let accel = match accel.as_deref() {
+            Some("kd") => Accel::Kd,
+            _ => Accel::Bvh,
+        };
+        let mut traversal = Traversal::named(accel, traversal.as_deref().unwrap_or("stack"))?;
+        set_short_stack(&mut traversal, *short_stack, trail_bits.as_deref())?;
+
+        let kd_options = [
+            ("--splits", splits.is_some()),
+            ("--flat-cells", flat_cells.is_some()),
+            ("--empty-bonus", empty_bonus.is_some()),
+            ("--max-depth", max_depth.is_some()),
+        ];
+        if let Some((option, _)) = kd_options.iter().find(|(_, given)| *given && accel != Accel::Kd) {
+            bail!("{option} is an option of kd-trees; add --accel kd, or leave it out");
+        }
+        let plain = BuildOptions::default();
+        let kd = KdOptions {
+            splits: match splits.as_deref() {
+                Some("perfect") => Splits::Perfect,
+                _ => Splits::BoundingBox,
+            },
+            flat_cells: match flat_cells.as_deref() {
+                Some("forbidden") => FlatCells::Forbidden,
+                _ => FlatCells::Allowed,
+            },
+            empty_bonus: empty_bonus.unwrap_or(plain.kd.empty_bonus),
+            max_depth: *max_depth,
+            ..plain.kd
+        };
+        if traversal == Traversal::KdBacktrack && flat_cells.as_deref() == Some("allowed") {
+            bail!("--flat-cells allowed: backtracking cannot leave a cell without thickness; leave it out");
+        }
+        Ok(Self {
+            size: size.as_deref().map(ImageSize::parse).transpose()?.unwrap_or_default(),
+            traversal,
+            build: BuildOptions {
+                traversal_cost: ct.unwrap_or(plain.traversal_cost),
+                intersection_cost: ci.unwrap_or(plain.intersection_cost),
+                kd,
+            },
+        })
+    }
+}
+
+fn set_short_stack(
+    traversal: &mut Traversal,
+    entries: Option<u32>,
+    trail_bits: Option<&str>,
+) -> anyhow::Result<()> {
+    let name = traversal.name();
+    match traversal {
+        Traversal::BvhRestartTrail { bits, short_stack } => {
+            *short_stack = entries.unwrap_or(*short_stack);
+            *bits = match trail_bits {
+                Some("32") => TrailBits::Bits32,
+                _ => TrailBits::Bits64,
+            };
+            return Ok(());
+        }
+        Traversal::KdPushDown { short_stack } => *short_stack = entries.unwrap_or(*short_stack),
+        _ if entries.is_some() => {
+            bail!(
+                "--short-stack: {name} has none; use --traversal restart-trail or --accel kd --traversal push-down, or \
+                 leave it out"
+            );
+        }
+        _ => {}
+    }
+    if trail_bits.is_some() {
+        bail!("--trail-bits: {name} has no trail; use --traversal restart-trail, or leave it out");
+    }
+    Ok(())
+}
+
+/// Starts the worker threads; says how many there are.
+pub(crate) fn start_threads(threads: Option<u32>) -> anyhow::Result<()> {
+    let Some(threads) = threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads as usize)
+        .build_global()
+        .map_err(|error| anyhow!("--threads {threads}: cannot start them: {error}; give a smaller number"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(args: FrameArgs) -> Result<FrameSettings, String> {
+        FrameSettings::new(&args).map_err(|error| error.to_string())
+    }
+
+    fn sized(size: &str) -> Result<ImageSize, String> {
+        ImageSize::parse(size).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn image_sizes_are_taken_up_to_their_limits_and_not_one_pixel_beyond() {
+        assert_eq!(sized("1x1"), Ok(ImageSize { width: 1, height: 1 }));
+        assert_eq!(sized("16384x4096"), Ok(ImageSize { width: 16384, height: 4096 }));
+        assert!(sized("16385x1").unwrap_err().contains("at most 16384"));
+        assert!(sized("1x16385").unwrap_err().contains("at most 16384"));
+        assert!(sized("16384x4097").unwrap_err().contains("at most 67108864 pixels"));
+        assert!(sized("100000x100000").unwrap_err().contains("at most 16384"));
+        for wrong in ["0x0", "1x0", "0x1"] {
+            assert!(sized(wrong).unwrap_err().contains("without pixels"), "{wrong}");
+        }
+        for wrong in ["", "x", "12", "12x", "x12", "1x2x3", "-1x2", "1.5x2", "99999999999x1"] {
+            assert!(sized(wrong).unwrap_err().contains("expected WIDTHxHEIGHT"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn options_of_another_traversal_are_refused() {
+        let text = |text: &str| Some(text.to_owned());
+        let refused = |args: FrameArgs, expected: &str| {
+            let error = settings(args).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        };
+        refused(FrameArgs { splits: text("perfect"), ..Default::default() }, "--accel kd");
+        refused(FrameArgs { max_depth: Some(9), ..Default::default() }, "--accel kd");
+        refused(FrameArgs { short_stack: Some(4), ..Default::default() }, "--short-stack");
+        refused(
+            FrameArgs {
+                trail_bits: text("32"),
+                accel: text("kd"),
+                traversal: text("push-down"),
+                ..Default::default()
+            },
+            "--trail-bits",
+        );
+        refused(
+            FrameArgs { accel: text("kd"), traversal: text("parent-link"), ..Default::default() },
+            "stack, restart, push-down, backtrack",
+        );
+    }
+
+    #[test]
+    fn each_option_reaches_its_place() {
+        let text = |text: &str| Some(text.to_owned());
+        let bvh = settings(FrameArgs {
+            traversal: text("restart-trail"),
+            short_stack: Some(4),
+            trail_bits: text("32"),
+            ct: Some(1.0),
+            ci: Some(2.0),
+            size: text("640x480"),
+            ..Default::default()
+        })
+        .expect("a good frame");
+        assert_eq!(bvh.traversal, Traversal::BvhRestartTrail { bits: TrailBits::Bits32, short_stack: 4 });
+        assert_eq!([bvh.build.traversal_cost, bvh.build.intersection_cost], [1.0, 2.0]);
+        assert_eq!(bvh.size, ImageSize { width: 640, height: 480 });
+        let kd = settings(FrameArgs {
+            accel: text("kd"),
+            splits: text("perfect"),
+            flat_cells: text("forbidden"),
+            empty_bonus: Some(0.8),
+            max_depth: Some(20),
+            ..Default::default()
+        })
+        .expect("a good frame");
+        assert_eq!(kd.build.kd.splits, Splits::Perfect);
+        assert_eq!(kd.build.kd.flat_cells, FlatCells::Forbidden);
+        assert_eq!(kd.build.kd.empty_bonus, 0.8);
+        assert_eq!(kd.build.kd.max_depth, Some(20));
+    }
+}
