@@ -1,4 +1,29 @@
 //! Cache hierarchy simulation over address streams: exact, deterministic, fast.
+//!
+//! [`Levels`] describes caches and checks the description; [`Hierarchy`] simulates them, in order, and
+//! counts; [`AddressReader`] feeds it from files; [`StackDistances`] gives the misses of fully associative
+//! LRU caches of all sizes at once. [`synthetic`] makes streams to measure and check with.
+//!
+//! ```
+//! use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineId, LineSize, Policy, Ways};
+//!
+//! let line = LineSize::new(64).unwrap();
+//! let levels = Levels::new(vec![
+//!     LevelConfig { count: 4, ..LevelConfig::new("L1", Bytes(16 << 10), line, Ways::Count(4), Policy::Lru) },
+//!     LevelConfig::new("L2", Bytes(1 << 20), line, Ways::Count(16), Policy::Lru),
+//! ])?;
+//! let (mut hierarchy, path) = Hierarchy::chain(&levels)?;
+//! let run = [1, 2, 3, 2].map(LineId::new);
+//! let served = hierarchy.read(path, 0, &run);
+//! assert_eq!((served.levels[0].misses, served.levels[1].misses, served.memory.read_bytes), (3, 3, 192));
+//! # Ok::<(), cachesim::Error>(())
+//! ```
+//!
+//! # What is simulated, and what is not
+//! Contents, not time: there is no latency, no bank and no outstanding miss, and a line is there as soon as
+//! it was asked for. An access is counted per line, or per sector where a level has sectors. On a miss the
+//! line is read from below first, then the evicted line's dirty data is written below. Levels are neither
+//! inclusive nor exclusive, and copies are not kept coherent.
 
 mod address;
 mod addresses;
