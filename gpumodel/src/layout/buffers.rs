@@ -206,8 +206,8 @@ impl Buffers {
 
     /// Line of the index list that holds a position in the leaves.
     #[inline(always)]
-    pub(crate) fn index_line(&self, position: u32) -> Option<u32> {
-        Some((self.index_base? + position / 4) >> self.line_shift)
+    pub(crate) fn index_line(&self, position: u32) -> u32 {
+        (self.index_base.unwrap_or(0) + position / 4) >> self.line_shift
     }
 
     /// Address of what shading a triangle, in file order, reads.

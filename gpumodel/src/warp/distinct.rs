@@ -1,47 +1,41 @@
 //! Distinct keys in order of first appearance: what one load of a warp asks of the memory system.
 
-/// Slots of the table: twice the lanes of the widest warp.
-const SLOTS: usize = 128;
+/// Slots of the table: so many more than lanes of the widest warp that two keys rarely want the same one.
+const SLOTS: usize = 1024;
 
-/// Tells keys that it has seen since the last [`Self::begin`] from new ones.
+/// Tells keys that a load has named before from new ones.
 pub(crate) struct Distinct {
     /// Open addressing: epoch in the upper half, key in the lower; an older epoch is an empty slot.
-    table: [u64; SLOTS],
+    table: Box<[u64; SLOTS]>,
     epoch: u64,
 }
 
 impl Distinct {
     pub(crate) fn new() -> Self {
-        Self { table: [0; SLOTS], epoch: 0 }
+        Self { table: Box::new([0; SLOTS]), epoch: 0 }
     }
 
     /// Writes the distinct ones of at most 64 `keys` to `out`, in order of first appearance; returns how many.
     #[inline(always)]
     pub(crate) fn filter(&mut self, keys: impl Iterator<Item = u32>, out: &mut [u32; 64]) -> usize {
-        // 2^32 epochs in the upper half: a wrap would need as many loads within one tile's replay.
         self.epoch += 1 << 32;
+        if self.epoch == 0 {
+            self.table.fill(0);
+            self.epoch = 1 << 32;
+        }
         let mut found = 0;
-        let mut last = None;
+        // Whether a key is new is hard to predict: it moves `found` without a branch.
         for key in keys {
-            if last == Some(key) {
-                continue;
-            }
-            last = Some(key);
             let tagged = self.epoch | u64::from(key);
-            let mut slot = (key.wrapping_mul(0x9E37_79B1) >> 25) as usize;
-            loop {
-                let entry = self.table[slot % SLOTS];
-                if entry == tagged {
-                    break;
-                }
-                if entry >> 32 != self.epoch >> 32 {
-                    self.table[slot % SLOTS] = tagged;
-                    out[found] = key;
-                    found += 1;
-                    break;
-                }
+            let mut slot = (key.wrapping_mul(0x9E37_79B1) >> 22) as usize;
+            let mut difference = self.table[slot % SLOTS] ^ tagged;
+            while difference != 0 && difference >> 32 == 0 {
                 slot += 1;
+                difference = self.table[slot % SLOTS] ^ tagged;
             }
+            self.table[slot % SLOTS] = tagged;
+            out[found % 64] = key;
+            found += usize::from(difference != 0);
         }
         found
     }

@@ -5,14 +5,14 @@
 
 use super::distinct::Distinct;
 use super::lockstep::{Body, Lockstep};
-use super::stream::{Pass, Run, TileStream};
+use super::stream::{Pass, Run, StreamWriter, TileStream};
 use crate::config::Cost;
 use crate::counters::IssueCounters;
 use crate::error::Error;
 use crate::layout::{BufferKind, Buffers, PrimitiveLayout, Reads, STACK_ENTRY_BYTES, VEC4_BYTES};
 use crate::replay::ReplayConfig;
 use crate::schedule::{HELPER, LaneMap};
-use tracer::{NO_HIT, NodeFetch, Op, RayKind, Tile, TileRect, TraceHeader};
+use tracer::{NO_HIT, NodeFetch, Op, RayKind, RaySet, Step, Tile, TileRect, TraceHeader};
 
 /// Bytes of an index list's entry.
 const INDEX_BYTES: u32 = 4;
@@ -97,6 +97,17 @@ impl<'a> Program<'a> {
         }
     }
 
+    /// Node records that a ray of the tile and all rays that follow from it fetch.
+    fn node_fetches(&self, tile: &Tile, ray: usize) -> u32 {
+        let fetches = |step: &Step| match step.op() {
+            Op::Node => 1 + u32::from(self.pair && step.id() != 0),
+            Op::Up => 1,
+            _ => 0,
+        };
+        let of_set = |set: &RaySet| set.steps[set.range(ray)].iter().map(fetches).sum::<u32>();
+        tile.ray_sets.iter().map(of_set).sum()
+    }
+
     /// Checks what lockstep relies on.
     fn check(&self, tile: &Tile, rays: u32) -> Result<(), Error> {
         let (expected, found) = (self.header.ray_sets.len(), tile.ray_sets.len());
@@ -125,11 +136,12 @@ pub(crate) struct TileReplay<'a> {
     program: &'a Program<'a>,
     lockstep: Lockstep,
     distinct: Distinct,
+    writer: StreamWriter,
 }
 
 impl<'a> TileReplay<'a> {
     pub(crate) fn new(program: &'a Program<'a>) -> Self {
-        Self { program, lockstep: Lockstep::new(), distinct: Distinct::new() }
+        Self { program, lockstep: Lockstep::new(), distinct: Distinct::new(), writer: StreamWriter::new() }
     }
 
     /// Replays all warps of a tile.
@@ -138,22 +150,29 @@ impl<'a> TileReplay<'a> {
     /// When the tile contradicts the header or the topology.
     pub(crate) fn run(&mut self, tile: &Tile, rect: TileRect) -> Result<TileStream, Error> {
         let program = self.program;
-        program.check(tile, rect.width * rect.height)?;
+        let rays = rect.width * rect.height;
+        program.check(tile, rays)?;
         let mut stream = TileStream {
-            node_fetches: vec![0; rect.width as usize * rect.height as usize],
+            node_fetches: (0..rays as usize).map(|ray| program.node_fetches(tile, ray)).collect(),
             ..TileStream::default()
         };
-        for rays in program.lane_map.warps(rect) {
-            self.warp(tile, &rays, &mut stream).map_err(|problem| program.refuse(problem))?;
-            stream.warp_ends.push(stream.words.len());
+        for lanes in program.lane_map.warps(rect) {
+            self.warp(tile, &lanes, &mut stream.issue).map_err(|problem| program.refuse(problem))?;
+            stream.warp_ends.push(self.writer.len());
         }
+        stream.words = self.writer.take();
         Ok(stream)
     }
 
-    fn warp(&mut self, tile: &Tile, rays: &[u32], stream: &mut TileStream) -> Result<(), String> {
+    fn warp(&mut self, tile: &Tile, rays: &[u32], issue: &mut [IssueCounters; 3]) -> Result<(), String> {
         let program = self.program;
         let lanes = || (0_usize..).zip(rays).filter(|&(_, &ray)| ray != HELPER);
         let active = lanes().count() as u32;
+        let Self { lockstep, distinct, writer, .. } = self;
+        let mut part = |pass: Pass, work: &mut dyn FnMut(&mut WarpBody<'_>) -> Result<(), String>| {
+            let counters = &mut issue[pass as usize];
+            work(&mut WarpBody { program, distinct, writer, counters, pass })
+        };
         let mut shaded = false;
         for (set, &kind) in tile.ray_sets.iter().zip(&program.header.ray_sets) {
             let traced = || lanes().filter(|&(_, &ray)| !set.range(ray as usize).is_empty());
@@ -163,68 +182,42 @@ impl<'a> TileReplay<'a> {
                 RayKind::Shadow => (Pass::Shadow, program.shadow_setup),
             };
             if count > 0 {
-                let mut body = LaneBody::new(program, &mut self.distinct, stream, pass, rays);
-                body.counters().rays += u64::from(count);
-                body.issue(setup, count);
-                let ranges = traced().map(|(lane, &ray)| {
-                    let range = set.range(ray as usize);
-                    (lane, range.start as u32, range.end as u32)
-                });
-                self.lockstep.run(program.header.loop_structure, &set.steps, ranges, &mut body)?;
+                part(pass, &mut |body| {
+                    body.counters.rays += u64::from(count);
+                    body.issue(setup, count);
+                    let ranges = traced().map(|(lane, &ray)| {
+                        let range = set.range(ray as usize);
+                        (lane, range.start as u32, range.end as u32)
+                    });
+                    lockstep.run(program.header.loop_structure, &set.steps, ranges, body)
+                })?;
             }
             // Shading comes between the primary ray and those that start at its hit.
             if kind == RayKind::Primary && !shaded {
-                let hit = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit != NO_HIT);
-                let hit: Vec<u32> = hit.collect();
-                let mut body = LaneBody::new(program, &mut self.distinct, stream, Pass::Output, rays);
-                body.shade(&hit)?;
+                let hits = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit != NO_HIT);
+                let hits: Vec<u32> = hits.collect();
+                part(Pass::Output, &mut |body| body.shade(&hits))?;
                 shaded = true;
             }
         }
-        let mut body = LaneBody::new(program, &mut self.distinct, stream, Pass::Output, rays);
-        body.issue(program.output, active);
-        body.counters().output_bytes += u64::from(active * program.output_bytes);
-        Ok(())
+        part(Pass::Output, &mut |body| {
+            body.issue(program.output, active);
+            body.counters.output_bytes += u64::from(active * program.output_bytes);
+            Ok(())
+        })
     }
 }
 
 /// Counts and lists what a warp does in one pass.
-struct LaneBody<'a> {
+struct WarpBody<'a> {
     program: &'a Program<'a>,
     distinct: &'a mut Distinct,
-    words: &'a mut Vec<u32>,
+    writer: &'a mut StreamWriter,
     counters: &'a mut IssueCounters,
-    node_fetches: &'a mut [u32],
     pass: Pass,
-    rays: &'a [u32],
-    /// Where the header of the latest run lies in `words`.
-    last_run: usize,
 }
 
-impl<'a> LaneBody<'a> {
-    fn new(
-        program: &'a Program<'a>,
-        distinct: &'a mut Distinct,
-        stream: &'a mut TileStream,
-        pass: Pass,
-        rays: &'a [u32],
-    ) -> Self {
-        Self {
-            program,
-            distinct,
-            words: &mut stream.words,
-            counters: &mut stream.issue[pass as usize],
-            node_fetches: &mut stream.node_fetches,
-            pass,
-            rays,
-            last_run: 0,
-        }
-    }
-
-    fn counters(&mut self) -> &mut IssueCounters {
-        self.counters
-    }
-
+impl WarpBody<'_> {
     /// The warp issued `cost` for `active` of its lanes.
     #[inline(always)]
     fn issue(&mut self, cost: Cost, active: u32) {
@@ -235,43 +228,41 @@ impl<'a> LaneBody<'a> {
         self.counters.efu_issued += u64::from(cost.efu) * width;
     }
 
-    /// One load or store, or `repeats` of them on the same lines.
+    /// One load or store of `bytes` per lane on `lines`, or `repeats` of them on the same.
     #[inline(always)]
-    fn touch(&mut self, kind: BufferKind, write: bool, lines: &[u32], repeats: u32, active: u32, bytes: u32) {
-        self.last_run = self.words.len();
-        self.words.push(Run::new(self.pass, kind, write, lines.len(), repeats).word());
-        self.words.extend_from_slice(lines);
-        let (repeats, lines) = (u64::from(repeats), lines.len() as u64);
-        let bytes = u64::from(active * bytes);
+    fn touch(&mut self, access: Access, lines: impl Iterator<Item = u32>, active: u32) {
+        let Access { kind, write, bytes, repeats } = access;
+        let found = self.distinct.filter(lines, self.writer.lines());
+        self.writer.push(Run::new(self.pass, kind, write, found, repeats));
+        let bytes = active * bytes;
+        let port_cycles = (found as u32).max(bytes.div_ceil(self.program.port_bytes));
+        let (repeats, lines) = (u64::from(repeats), found as u64);
         self.counters.memory_instructions += repeats;
         self.counters.line_accesses += repeats * lines;
         self.counters.lines_read += if write { 0 } else { repeats * lines };
-        self.counters.lane_bytes += repeats * bytes;
-        self.counters.load_store_cycles +=
-            repeats * lines.max(bytes.div_ceil(u64::from(self.program.port_bytes)));
+        self.counters.lane_bytes += repeats * u64::from(bytes);
+        self.counters.load_store_cycles += repeats * u64::from(port_cycles);
     }
 
     /// All loads of one record of `active` lanes, whose distinct addresses are `records`.
     #[inline(always)]
     fn read_records(&mut self, kind: BufferKind, reads: Reads, records: &[u32], active: u32) {
         let shift = self.program.buffers.line_shift;
-        let mut lines = [0; 64];
+        let access = Access { kind, write: false, bytes: VEC4_BYTES as u32, repeats: 1 };
         if reads.one_line {
-            let found = self.distinct.filter(records.iter().map(|&record| record >> shift), &mut lines);
-            self.touch(kind, false, &lines[..found], reads.loads, active, VEC4_BYTES as u32);
+            let lines = records.iter().map(|&record| record >> shift);
+            self.touch(Access { repeats: reads.loads, ..access }, lines, active);
             return;
         }
         for load in 0..reads.loads {
-            let addresses = records.iter().map(|&record| (record + load) >> shift);
-            let found = self.distinct.filter(addresses, &mut lines);
-            self.touch(kind, false, &lines[..found], 1, active, VEC4_BYTES as u32);
+            self.touch(access, records.iter().map(|&record| (record + load) >> shift), active);
         }
     }
 
     /// Ends a turn of the warp: the loads since the last one are in flight together, and it waits for them.
     #[inline(always)]
     fn end_turn(&mut self, waits: bool) {
-        Run::mark_last(&mut self.words[self.last_run]);
+        self.writer.end_turn();
         self.counters.memory_waits += u64::from(waits);
     }
 
@@ -280,89 +271,66 @@ impl<'a> LaneBody<'a> {
         if hits.is_empty() {
             return Ok(());
         }
+        let buffers = self.program.buffers;
         let active = hits.len() as u32;
         self.counters.shaded += u64::from(active);
         self.issue(self.program.shade, active);
-        let records = self.records(hits, Buffers::shading, "hit triangle")?;
-        self.read_records(BufferKind::Normal, self.program.buffers.shading_reads, &records, active);
+        let mut records = [0; 64];
+        let count = self.distinct.filter(hits.iter().copied(), &mut records);
+        locate(&mut records[..count], "triangle", |triangle| buffers.shading(triangle))?;
+        self.read_records(BufferKind::Normal, buffers.shading_reads, &records[..count], active);
         self.end_turn(true);
         Ok(())
     }
 
-    /// The addresses of the distinct ones of `ids`.
     #[inline(always)]
-    fn records(
-        &mut self,
-        ids: &[u32],
-        address: impl Fn(&Buffers, u32) -> Option<u32>,
-        what: &str,
-    ) -> Result<Records, String> {
-        let mut records = Records { addresses: [0; 64], count: 0 };
-        records.count = self.distinct.filter(ids.iter().copied(), &mut records.addresses);
-        for record in &mut records.addresses[..records.count] {
-            match address(self.program.buffers, *record) {
-                Some(address) => *record = address,
-                None => return Err(format!("a step names {what} {record}, which does not exist")),
-            }
-        }
-        Ok(records)
-    }
-
-    fn node(&mut self, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
-        let (program, active) = (self.program, ids.len() as u32);
-        let reads = program.buffers.node_reads;
-        let records = self.records(ids, Buffers::node, "node")?;
-        self.read_records(BufferKind::Node, reads, &records, active);
+    fn node(&mut self, ids: &[u32], pair: bool) -> Result<(), String> {
+        let (buffers, active) = (self.program.buffers, ids.len() as u32);
+        let mut nodes = [0; 64];
+        let count = self.distinct.filter(ids.iter().copied(), &mut nodes);
+        let mut records = nodes;
+        locate(&mut records[..count], "node", |node| buffers.node(node))?;
+        self.read_records(BufferKind::Node, buffers.node_reads, &records[..count], active);
         let mut siblings = 0;
-        if program.pair {
-            let mut pairs = [0; 64];
-            for &id in ids.iter().filter(|&&id| id != 0) {
-                pairs[siblings] = id + 1;
-                siblings += 1;
+        if pair {
+            // The root has no sibling.
+            siblings = ids.iter().map(|&id| u32::from(id != 0)).sum();
+            let mut count = count;
+            if siblings < active {
+                let of_root = nodes[..count].iter().position(|&node| node == 0).unwrap_or(0);
+                nodes.copy_within(of_root + 1..count, of_root);
+                count -= 1;
             }
             if siblings > 0 {
-                let records = self.records(&pairs[..siblings], Buffers::node, "node")?;
-                self.read_records(BufferKind::Node, reads, &records, siblings as u32);
-                self.issue(program.sibling_cost, siblings as u32);
+                locate(&mut nodes[..count], "sibling of node", |node| buffers.node(node + 1))?;
+                self.read_records(BufferKind::Node, buffers.node_reads, &nodes[..count], siblings);
+                self.issue(self.program.sibling_cost, siblings);
             }
         }
-        for (&lane, &id) in lanes.iter().zip(ids) {
-            let fetches = 1 + u32::from(program.pair && id != 0);
-            self.node_fetches[self.rays[usize::from(lane)] as usize] += fetches;
-        }
-        self.counters.node_fetches += u64::from(active) + siblings as u64;
+        self.counters.node_fetches += u64::from(active + siblings);
         self.end_turn(true);
         Ok(())
     }
 
-    fn up(&mut self, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
-        let active = ids.len() as u32;
-        let records = self.records(ids, Buffers::node, "node")?;
-        self.read_records(BufferKind::Node, self.program.buffers.node_reads, &records, active);
-        for &lane in lanes {
-            self.node_fetches[self.rays[usize::from(lane)] as usize] += 1;
-        }
-        self.counters.node_fetches += u64::from(active);
-        self.end_turn(true);
-        Ok(())
-    }
-
+    #[inline(always)]
     fn primitive(&mut self, ids: &[u32]) -> Result<(), String> {
         let (buffers, active) = (self.program.buffers, ids.len() as u32);
-        let records = self.records(ids, Buffers::intersection, "primitive")?;
+        let mut records = [0; 64];
+        let count = self.distinct.filter(ids.iter().copied(), &mut records);
         if buffers.has_index_list() {
-            let mut lines = [0; 64];
-            let of_position = ids.iter().filter_map(|&position| buffers.index_line(position));
-            let found = self.distinct.filter(of_position, &mut lines);
-            self.touch(BufferKind::Index, false, &lines[..found], 1, active, INDEX_BYTES);
+            let lines = records[..count].iter().map(|&position| buffers.index_line(position));
+            let access = Access { kind: BufferKind::Index, write: false, bytes: INDEX_BYTES, repeats: 1 };
+            self.touch(access, lines, active);
             self.end_turn(true);
         }
-        self.read_records(BufferKind::Primitive, buffers.intersection_reads, &records, active);
+        locate(&mut records[..count], "primitive", |position| buffers.intersection(position))?;
+        self.read_records(BufferKind::Primitive, buffers.intersection_reads, &records[..count], active);
         self.counters.primitive_tests += u64::from(active);
         self.end_turn(true);
         Ok(())
     }
 
+    #[inline(always)]
     fn stack(&mut self, lanes: &[u8], entries: &[u32], write: bool) -> Result<(), String> {
         let (buffers, active) = (self.program.buffers, entries.len() as u32);
         if buffers.stack_entries == 0 {
@@ -373,29 +341,36 @@ impl<'a> LaneBody<'a> {
         }
         let width = self.program.warp_width;
         let of_lane = |(&lane, &entry): (&u8, &u32)| buffers.stack_line(entry, u32::from(lane), width);
-        let mut lines = [0; 64];
-        let found = self.distinct.filter(lanes.iter().zip(entries).map(of_lane), &mut lines);
-        self.touch(BufferKind::Stack, write, &lines[..found], 1, active, STACK_ENTRY_BYTES);
+        let access = Access { kind: BufferKind::Stack, write, bytes: STACK_ENTRY_BYTES, repeats: 1 };
+        self.touch(access, lanes.iter().zip(entries).map(of_lane), active);
         self.end_turn(!write);
         Ok(())
     }
 }
 
-/// Distinct addresses, at most one per lane.
-struct Records {
-    addresses: [u32; 64],
-    count: usize,
+/// A load or store of a warp.
+#[derive(Clone, Copy)]
+struct Access {
+    kind: BufferKind,
+    write: bool,
+    /// Of each lane.
+    bytes: u32,
+    repeats: u32,
 }
 
-impl std::ops::Deref for Records {
-    type Target = [u32];
-
-    fn deref(&self) -> &[u32] {
-        &self.addresses[..self.count]
+/// Replaces ids by addresses.
+#[inline(always)]
+fn locate(ids: &mut [u32], what: &str, address: impl Fn(u32) -> Option<u32>) -> Result<(), String> {
+    for id in ids {
+        match address(*id) {
+            Some(address) => *id = address,
+            None => return Err(format!("a step names {what} {id}, which does not exist")),
+        }
     }
+    Ok(())
 }
 
-impl Body for LaneBody<'_> {
+impl Body for WarpBody<'_> {
     #[inline(always)]
     fn trip(&mut self, lanes: u32) {
         self.issue(self.program.trip, lanes);
@@ -403,23 +378,24 @@ impl Body for LaneBody<'_> {
 
     #[inline(always)]
     fn step(&mut self, op: Op, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
+        let active = ids.len() as u64;
         self.counters.warp_steps += 1;
-        self.counters.lane_steps += ids.len() as u64;
+        self.counters.lane_steps += active;
         self.issue(self.program.step_costs[op as usize], ids.len() as u32);
         match op {
-            Op::Node => self.node(lanes, ids),
-            Op::Up => self.up(lanes, ids),
+            Op::Node => self.node(ids, self.program.pair),
+            Op::Up => self.node(ids, false),
             Op::Primitive => self.primitive(ids),
             Op::Push => {
-                self.counters.pushes += ids.len() as u64;
+                self.counters.pushes += active;
                 self.stack(lanes, ids, true)
             }
             Op::Pop => {
-                self.counters.pops += ids.len() as u64;
+                self.counters.pops += active;
                 self.stack(lanes, ids, false)
             }
             Op::Restart => {
-                self.counters.restarts += ids.len() as u64;
+                self.counters.restarts += active;
                 Ok(())
             }
             Op::Instance | Op::AnyHit => unreachable!("lockstep refuses these"),

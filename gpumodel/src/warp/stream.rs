@@ -62,17 +62,7 @@ impl Run {
         Self(word)
     }
 
-    #[inline(always)]
-    pub(crate) fn word(self) -> u32 {
-        self.0
-    }
-
-    /// The warp issues nothing after this run until its turn comes again.
-    #[inline(always)]
-    pub(crate) fn mark_last(word: &mut u32) {
-        *word |= Self::LAST;
-    }
-
+    /// After this run the warp issues nothing until its turn comes again.
     #[inline(always)]
     pub(crate) fn is_last(self) -> bool {
         self.0 & Self::LAST != 0
@@ -107,5 +97,56 @@ impl TileStream {
     pub(crate) fn warp(&self, index: usize) -> Range<usize> {
         let start = if index == 0 { 0 } else { self.warp_ends[index - 1] };
         start..self.warp_ends[index]
+    }
+}
+
+/// Writes the words of a tile; its memory is kept for the next.
+pub(crate) struct StreamWriter {
+    /// Beyond `used` there is always room for one more run.
+    words: Vec<u32>,
+    used: usize,
+    last_run: usize,
+}
+
+impl StreamWriter {
+    const RUN_WORDS: usize = 1 + 64;
+
+    pub(crate) fn new() -> Self {
+        Self { words: vec![0; Self::RUN_WORDS], used: 0, last_run: 0 }
+    }
+
+    /// Words written since [`Self::take`].
+    pub(crate) fn len(&self) -> usize {
+        self.used
+    }
+
+    /// Room for the lines of the next run.
+    #[inline(always)]
+    pub(crate) fn lines(&mut self) -> &mut [u32; 64] {
+        self.words[self.used + 1..].first_chunk_mut().expect("there is room for one more run")
+    }
+
+    /// Ends the run whose lines have been put into [`Self::lines`].
+    #[inline(always)]
+    pub(crate) fn push(&mut self, run: Run) {
+        self.last_run = self.used;
+        self.words[self.used] = run.0;
+        self.used += 1 + run.lines();
+        if self.words.len() - self.used < Self::RUN_WORDS {
+            self.words.resize(2 * self.words.len() + Self::RUN_WORDS, 0);
+        }
+    }
+
+    /// Ends a turn with the latest run.
+    #[inline(always)]
+    pub(crate) fn end_turn(&mut self) {
+        self.words[self.last_run] |= Run::LAST;
+    }
+
+    /// What has been written; the next tile begins.
+    pub(crate) fn take(&mut self) -> Vec<u32> {
+        let words = self.words[..self.used].to_vec();
+        self.used = 0;
+        words
     }
 }
