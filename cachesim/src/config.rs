@@ -251,7 +251,7 @@ impl Levels {
                     "give each level its own name",
                 ));
             }
-            if units % level.count != 0 {
+            if !units.is_multiple_of(level.count) {
                 return Err(Error::levels(
                     at(),
                     format!("{} copies cannot be shared out evenly over {units} units", level.count),

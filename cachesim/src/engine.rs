@@ -19,16 +19,20 @@ const MOST_REQUESTS: usize = 1 << 20;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Engine<W: Word> {
     levels: Vec<Level<W>>,
-    /// Per entry level: block length and the largest number that fits all along the way.
+    /// By entry level.
     entries: Vec<Entry>,
     memory: MemoryCounts,
     front: Vec<W>,
     back: Vec<W>,
 }
 
+/// What can enter at a level.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
+    /// Requests at once.
     block: usize,
+    /// The largest number that fits all along the way, and with it all numbers of the same granule
+    /// however coarse: one less than a power of two.
     max_id: u64,
 }
 
@@ -204,7 +208,7 @@ impl Entry {
             });
         }
         let worst = most.saturating_mul(1 << bits);
-        Self { block: (MOST_REQUESTS / worst).clamp(1, BLOCK), max_id: W::MAX_ID >> growth.max(0) }
+        Self { block: (MOST_REQUESTS / worst).clamp(1, BLOCK), max_id: W::MAX_ID >> 1 >> growth.max(0) }
     }
 }
 

@@ -9,7 +9,7 @@ pub enum Error {
     #[error("{place}: {problem}; {remedy}")]
     Levels {
         /// File, line and level, as far as known.
-        place: Place,
+        place: Box<Place>,
         /// What is wrong and what was expected.
         problem: String,
         /// What to change.
@@ -19,7 +19,7 @@ pub enum Error {
     #[error("{place}: {problem}; {remedy}")]
     Addresses {
         /// File and line or byte offset.
-        place: Place,
+        place: Box<Place>,
         /// What is wrong and what was expected.
         problem: String,
         /// What to change.
@@ -29,7 +29,7 @@ pub enum Error {
     #[error("{place}: cannot read: {source}")]
     Read {
         /// File and line or byte offset reached.
-        place: Place,
+        place: Box<Place>,
         /// The operating system's reason.
         source: std::io::Error,
     },
@@ -68,10 +68,10 @@ impl fmt::Display for Place {
 
 impl Error {
     pub(crate) fn levels(place: Place, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Levels { place, problem: problem.into(), remedy: remedy.into() }
+        Self::Levels { place: place.into(), problem: problem.into(), remedy: remedy.into() }
     }
 
     pub(crate) fn addresses(place: Place, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Addresses { place, problem: problem.into(), remedy: remedy.into() }
+        Self::Addresses { place: place.into(), problem: problem.into(), remedy: remedy.into() }
     }
 }

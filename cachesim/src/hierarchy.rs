@@ -252,7 +252,7 @@ fn check_path(levels: &Levels, path: &[usize], below: &mut [Option<Option<usize>
                     "list levels from the requester to memory, in the paths as in the description",
                 ));
             }
-            if configs[level].count % configs[next].count != 0 {
+            if !configs[level].count.is_multiple_of(configs[next].count) {
                 return Err(Error::levels(
                     at(next),
                     format!(

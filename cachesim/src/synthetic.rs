@@ -1,7 +1,7 @@
 //! Synthetic address streams: made by integer arithmetic alone, the same on every machine, to measure and
 //! to check simulators with. They resemble no particular program.
 //!
-//! All three yield byte ranges through [`Reads`]; [`lines`] turns them into touched 64-byte lines.
+//! [`lines`] gives the touched 64-byte lines, the same as the published counts of other simulators use.
 
 use crate::address::{Address, LineId, LineSize};
 use crate::splitmix::SplitMix64;

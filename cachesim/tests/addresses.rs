@@ -13,8 +13,10 @@ fn line() -> LineSize {
     LineSize::new(64).expect("64 is a power of two")
 }
 
-/// All blocks: unit, and per access the line and whether it is written.
-fn read(bytes: &[u8], format: AddressFormat) -> Result<Vec<(u32, Vec<(u64, bool)>)>, Error> {
+/// Unit, and per access the line and whether it is written.
+type Block = (u32, Vec<(u64, bool)>);
+
+fn read(bytes: &[u8], format: AddressFormat) -> Result<Vec<Block>, Error> {
     let mut reader = AddressReader::new(bytes, format, "a.trace", 2);
     let (mut block, mut blocks) = (Vec::new(), Vec::new());
     while let Some(unit) = reader.next_block(line(), &mut block)? {

@@ -41,7 +41,7 @@ impl<R: BufRead> RawReader<R> {
                 Err(source) if source.kind() == std::io::ErrorKind::Interrupted => {}
                 Err(source) => {
                     self.offset += filled as u64;
-                    return Err(Error::Read { place: self.place(), source });
+                    return Err(Error::Read { place: self.place().into(), source });
                 }
             }
         }

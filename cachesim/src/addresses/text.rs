@@ -83,7 +83,7 @@ impl<R: BufRead> TextReader<R> {
             let mut limited = self.input.by_ref().take(MAX_TEXT as u64 + 1);
             let count = limited
                 .read_until(b'\n', &mut self.text)
-                .map_err(|source| Error::Read { place: self.place(), source })?;
+                .map_err(|source| Error::Read { place: self.place().into(), source })?;
             if count == 0 {
                 return Ok(None);
             }

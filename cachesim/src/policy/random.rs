@@ -22,6 +22,6 @@ impl Replacement for Random {
     fn filled(&mut self, _set: usize, _way: usize) {}
 
     fn victim(&mut self, _set: usize) -> usize {
-        (u128::from(self.sequence.draw()) * self.ways as u128 >> 64) as usize
+        ((u128::from(self.sequence.draw()) * self.ways as u128) >> 64) as usize
     }
 }

@@ -2,6 +2,7 @@
 
 use std::arch::x86_64::*;
 
+use super::avx2::U32x4;
 use super::vector::{MaskOrder, SetVector, mixed, reads};
 use super::{Passes, QueueSets};
 use crate::level::{Tally, WriteRule};
@@ -124,10 +125,6 @@ macro_rules! register {
     };
 }
 
-register!(U32x4, u32, 4, u8, __m128i, load _mm_loadu_si128, store _mm_storeu_si128,
-    splat _mm_set1_epi32(i32), equal _mm_cmpeq_epi32_mask, and _mm_and_si128, flags _mm_movepi32_mask,
-    align _mm_alignr_epi32/_mm_mask_alignr_epi32, blend _mm_mask_mov_epi32,
-    differ _mm_cmpneq_epi32_mask, compress _mm_maskz_compress_epi32);
 register!(U32x8, u32, 8, u8, __m256i, load _mm256_loadu_si256, store _mm256_storeu_si256,
     splat _mm256_set1_epi32(i32), equal _mm256_cmpeq_epi32_mask, and _mm256_and_si256, flags _mm256_movepi32_mask,
     align _mm256_alignr_epi32/_mm256_mask_alignr_epi32, blend _mm256_mask_mov_epi32,

@@ -236,7 +236,7 @@ fn victim(cache: &mut Cache, config: &LevelConfig, at: usize) -> u64 {
             cache.random = cache.random.wrapping_add(0x9E37_79B9_7F4A_7C15);
             let z = (cache.random ^ (cache.random >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
             let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            (u128::from(z ^ (z >> 31)) * u128::from(config.way_count()) >> 64) as u64
+            ((u128::from(z ^ (z >> 31)) * u128::from(config.way_count())) >> 64) as u64
         }
     }
 }
