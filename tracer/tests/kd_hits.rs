@@ -21,7 +21,10 @@ fn check(triangles: &[Triangle], rays: &[Ray]) {
         for (ray, &expected) in rays.iter().zip(&expected) {
             for (name, title) in NAMES.iter().enumerate() {
                 let closest = traversals.trace(name, ray, Query::Closest, &mut Silent);
-                assert!(same(closest, expected), "{title}: {closest:?}, not {expected:?}: {ray:?} {options:?}");
+                assert!(
+                    same(closest, expected),
+                    "{title}: {closest:?}, not {expected:?}: {ray:?} {options:?}"
+                );
                 let any = traversals.trace(name, ray, Query::Any, &mut Silent);
                 assert_eq!(any.is_hit(), expected.is_hit(), "{title}: {ray:?} {options:?}");
                 if any.is_hit() {
@@ -75,7 +78,9 @@ fn a_ray_in_the_corner_of_four_cells_finds_the_lowest_index() {
 
 #[test]
 fn translated_and_scaled_scenes_give_the_hits_of_the_loop() {
-    for (scale, offset) in [(1.0, Vec3::new(148_376.0, 1234.0, -223_423.0)), (1e-6, Vec3::ZERO), (1e15, Vec3::ZERO)] {
+    for (scale, offset) in
+        [(1.0, Vec3::new(148_376.0, 1234.0, -223_423.0)), (1e-6, Vec3::ZERO), (1e15, Vec3::ZERO)]
+    {
         let mut triangles = soup(200, 77);
         triangles.iter_mut().flat_map(|t| &mut t.v).for_each(|p| *p = *p * scale + offset);
         check(&triangles, &rays(&triangles, 300, 5));
@@ -148,14 +153,14 @@ fn a_collinear_triangle_is_missed() {
     // From the tests of pbrt.
     let triangle = Triangle {
         v: [
-            Vec3::new(-1113.45459, -79.049614, -56.2431908),
-            Vec3::new(-1113.45459, -87.0922699, -56.2431908),
-            Vec3::new(-1113.45459, -79.2090149, -56.2431908),
+            Vec3::new(-1113.4546, -79.049614, -56.24319),
+            Vec3::new(-1113.4546, -87.09227, -56.24319),
+            Vec3::new(-1113.4546, -79.209015, -56.24319),
         ],
     };
     let ray = Ray {
         t_max: 0.9999,
-        ..Ray::new(Vec3::new(-1081.47925, 99.9999542, 87.7701111), Vec3::new(-32.1072998, -183.355865, -144.607635))
+        ..Ray::new(Vec3::new(-1081.4792, 99.999954, 87.77011), Vec3::new(-32.1073, -183.35587, -144.60764))
     };
     check(&[triangle], &[ray]);
 }
@@ -169,7 +174,10 @@ proptest! {
         let mut random = Random(seed);
         let mut coordinate = || (random.bits() % (grid + 1)) as f32 - 2.0;
         let mut point = || Vec3::new(coordinate(), coordinate(), coordinate());
-        let triangles: Vec<_> = (0..count).map(|_| Triangle { v: [point(), point(), point()] }).collect();
+        // A triangle without area has no place where it is hit: what rounding makes of one is not worth agreeing on.
+        let triangle = || Triangle { v: [point(), point(), point()] };
+        let triangles: Vec<_> =
+            std::iter::repeat_with(triangle).filter(|t| !t.is_degenerate()).take(count).collect();
         let rays: Vec<_> = (0..60)
             .map(|_| {
                 let origin = point();

@@ -3,8 +3,8 @@
 //! Cells with many triangles are divided one by one, their children in parallel; smaller ones are finished by one thread with
 //! buffers that are used again. The tree does not depend on the number of threads.
 //!
-//! It ends: a split is taken only where it is cheaper than a leaf, at most [`KdOptions::depth_cap`] deep, and while the cell's
-//! share of the reference budget lasts. A bonus for empty cells cannot make it repeat itself: an empty child has thickness, so
+//! It ends: a split is taken only where it is cheaper than a leaf, at most [`KdOptions::depth_cap`] deep, and while the
+//! budget of references lasts. A bonus for empty cells cannot make it repeat itself: an empty child has thickness, so
 //! the other child is smaller than the cell.
 
 use super::events::{Cell, EventLists};
@@ -49,7 +49,7 @@ impl KdTree {
             let ids = (0..triangles.len() as u32).collect();
             // Adding zero makes -0.0 positive, as in the events.
             let cell = Cell { min: bounds.min + Vec3::ZERO, max: bounds.max + Vec3::ZERO };
-            builder.grow(lists, ids, Place { cell, depth: 0, budget: budget(triangles.len()) })
+            builder.grow(lists, ids, Place { cell, depth: 0 }, budget(triangles.len()))
         };
         let tree = Self {
             nodes: subtree.nodes,
@@ -72,23 +72,22 @@ fn budget(triangles: usize) -> u64 {
     wanted.min(u64::from(KdNode::MAX_PAYLOAD) / 2)
 }
 
+/// What a leaf of `count` references takes from the budget.
+fn need(count: u32) -> u64 {
+    u64::from(count) + 1
+}
+
 /// Where in the tree a cell is.
 #[derive(Clone, Copy)]
 struct Place {
     cell: Cell,
     depth: u32,
-    budget: u64,
 }
 
 impl Place {
-    /// The children's places, or `None` where the budget does not allow them. What is left over is shared by need.
-    fn split(&self, split: &Split, left: u32, right: u32) -> Option<[Self; 2]> {
-        let needs = [left, right].map(|count| u64::from(count) + 1);
-        let need = needs[0] + needs[1];
-        let spare = self.budget.checked_sub(need)?;
-        let (left_cell, right_cell) = self.cell.split(split.axis, split.position);
-        let place = |cell, own| Self { cell, depth: self.depth + 1, budget: own + spare * own / need };
-        Some([place(left_cell, needs[0]), place(right_cell, needs[1])])
+    fn split(&self, split: &Split) -> [Self; 2] {
+        let (left, right) = self.cell.split(split.axis, split.position);
+        [left, right].map(|cell| Self { cell, depth: self.depth + 1 })
     }
 }
 
@@ -145,10 +144,11 @@ impl Builder<'_> {
         (self.options.splits == Splits::Perfect).then_some(Geometry { triangles: self.triangles, ids })
     }
 
-    /// Builds the subtree of a cell; `ids` maps the triangles of `lists` to those of the scene.
-    fn grow(&self, lists: EventLists, ids: Vec<u32>, place: Place) -> Subtree {
+    /// Builds the subtree of a cell; `ids` maps the triangles of `lists` to those of the scene. What the children need is theirs,
+    /// the rest of the budget is shared in proportion.
+    fn grow(&self, lists: EventLists, ids: Vec<u32>, place: Place, budget: u64) -> Subtree {
         if lists.count <= ONE_THREAD {
-            return OneThread::build(self, &lists, &ids, place);
+            return OneThread::build(self, &lists, &ids, place, budget);
         }
         let leaf = |lists: &EventLists| {
             let mut leaf =
@@ -161,17 +161,18 @@ impl Builder<'_> {
         let geometry = self.geometry(&ids);
         let mut partitioner = Partitioner::new(ids.len());
         partitioner.divide(&lists, &split, &place.cell, geometry.as_ref(), &mut left, &mut right);
-        let Some([left_place, right_place]) = place.split(&split, left.count, right.count) else {
-            return leaf(&lists);
-        };
+        let needs = [need(left.count), need(right.count)];
+        let Some(spare) = budget.checked_sub(needs[0] + needs[1]) else { return leaf(&lists) };
+        let [left_budget, right_budget] = needs.map(|own| own + spare * own / (needs[0] + needs[1]));
+        let [left_place, right_place] = place.split(&split);
         drop(lists);
         drop(partitioner);
         let left_ids = renumber(&mut left, &ids);
         let right_ids = renumber(&mut right, &ids);
         drop(ids);
         let (left, right) = rayon::join(
-            || self.grow(left, left_ids, left_place),
-            || self.grow(right, right_ids, right_place),
+            || self.grow(left, left_ids, left_place, left_budget),
+            || self.grow(right, right_ids, right_place, right_budget),
         );
         Subtree::join(&split, &left, &right)
     }
@@ -198,14 +199,27 @@ struct OneThread<'a> {
     ids: &'a [u32],
     partitioner: Partitioner,
     pool: Vec<[EventLists; 2]>,
+    /// What is left when every open cell has become a leaf.
+    spare: u64,
     tree: Subtree,
 }
 
 impl<'a> OneThread<'a> {
-    fn build(builder: &'a Builder<'a>, lists: &EventLists, ids: &'a [u32], place: Place) -> Subtree {
-        let tree = Subtree { nodes: vec![KdNode::leaf(0, 0)], ..Subtree::default() };
-        let mut this =
-            Self { builder, ids, partitioner: Partitioner::new(ids.len()), pool: Vec::new(), tree };
+    fn build(
+        builder: &'a Builder<'a>,
+        lists: &EventLists,
+        ids: &'a [u32],
+        place: Place,
+        budget: u64,
+    ) -> Subtree {
+        let mut this = Self {
+            builder,
+            ids,
+            partitioner: Partitioner::new(ids.len()),
+            pool: Vec::new(),
+            spare: budget.saturating_sub(need(lists.count)),
+            tree: Subtree { nodes: vec![KdNode::leaf(0, 0)], ..Subtree::default() },
+        };
         this.fill(0, lists, place);
         this.tree
     }
@@ -224,16 +238,59 @@ impl<'a> OneThread<'a> {
         let [left, right] = &mut children;
         let geometry = self.builder.geometry(self.ids);
         self.partitioner.divide(lists, &split, &place.cell, geometry.as_ref(), left, right);
-        let places = place.split(&split, left.count, right.count);
-        if let Some(places) = places {
+        let rest = (self.spare + need(lists.count)).checked_sub(need(left.count) + need(right.count));
+        if let Some(rest) = rest {
+            self.spare = rest;
             let first = self.tree.nodes.len();
             self.tree.nodes[slot] = KdNode::inner(split.axis, split.position, first as u32);
             self.tree.nodes.extend([KdNode::leaf(0, 0); 2]);
-            for (child, (lists, place)) in children.iter().zip(places).enumerate() {
+            for (child, (lists, place)) in children.iter().zip(place.split(&split)).enumerate() {
                 self.fill(first + child, lists, place);
             }
         }
         self.pool.push(children);
-        places.is_some()
+        rest.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Overlapping triangles along a diagonal.
+    fn triangles(count: u32) -> Vec<Triangle> {
+        let corner = |i: u32, k: u32| {
+            let at = |salt: u32| ((i * 37 + k * 11 + salt).wrapping_mul(2_654_435_761) >> 20) as f32;
+            Vec3::new(at(1), at(2), at(3)) + Vec3::splat(i as f32)
+        };
+        (0..count).map(|i| Triangle { v: [0, 1, 2].map(|k| corner(i, k)) }).collect()
+    }
+
+    /// References and leaves of a tree built within a budget.
+    fn used(triangles: &[Triangle], budget: u64) -> u64 {
+        let options = &KdOptions { traversal_cost: 0.0, ..KdOptions::MOBILE };
+        let boxes: Vec<Aabb> = triangles.iter().map(Aabb::of_triangle).collect();
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, &one| all.union(one));
+        let cell = Cell { min: bounds.min, max: bounds.max };
+        let builder = Builder { triangles, options, depth_cap: 24 };
+        let ids = (0..triangles.len() as u32).collect();
+        let tree = builder.grow(EventLists::sorted(&boxes), ids, Place { cell, depth: 0 }, budget);
+        let leaves = tree.nodes.len() as u64 / 2 + 1;
+        tree.references.len() as u64 + leaves
+    }
+
+    #[test]
+    fn a_tree_fills_its_budget_and_does_not_exceed_it() {
+        for count in [1000, ONE_THREAD + 1000] {
+            let triangles = triangles(count);
+            let free = used(&triangles, 1 << 30);
+            let least = u64::from(count) + 1;
+            assert!(free > 3 * least, "{free}");
+            for budget in [0, least, least + 1, 2 * least, 3 * least] {
+                let used = used(&triangles, budget);
+                assert!(used <= budget.max(least), "{used} of {budget}");
+                assert!(used >= budget / 10 * 9, "{used} of {budget}");
+            }
+        }
     }
 }

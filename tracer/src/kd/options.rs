@@ -47,8 +47,8 @@ impl KdOptions {
     /// Most triangles that a tree can hold.
     pub const MAX_TRIANGLES: usize = 1 << 27;
 
-    /// Leaves never hold more than this many references per triangle, plus [`KdOptions::FREE_REFERENCES`]: where a split would
-    /// exceed a cell's share of that budget, the cell becomes a leaf.
+    /// Leaves never hold more than this many references per triangle, plus [`KdOptions::FREE_REFERENCES`]; a split that would
+    /// pass this bound, or a cell's share of it, is not made. Real scenes need 3 to 8.
     pub const REFERENCES_PER_TRIANGLE: u64 = 32;
 
     /// See [`KdOptions::REFERENCES_PER_TRIANGLE`].

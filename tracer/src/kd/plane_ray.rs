@@ -9,6 +9,10 @@
 //! of the ray parameter: the near child ends at `high`, the far one begins at `low`, and a cell belongs to the ray when its
 //! interval is not empty. Cells are visited depth first, near child first. Every traversal visits just these, in that order.
 //!
+//! A hit ends the search only before the slab in which the next cell begins: beyond it a triangle may be nearer by rounding, or
+//! as near with a lower index. A ray that hits a wall lying in a split plane therefore looks into one more cell than it needs.
+//! On the two Sponzas that is 0.5 % and 1.4 % of the node fetches of primary rays; the thickness itself adds less than 0.1 %.
+//!
 //! Distances are the same pure function of plane and ray wherever they are needed, and rise with the plane, so intervals
 //! that are computed again (from a cell's box, or on a new descent) are equal bit by bit.
 
@@ -17,8 +21,8 @@ use crate::aabb::Aabb;
 use crate::observe::Observer;
 use crate::ray::{Hit, Ray};
 
-/// Half thickness of a plane: 8 half-ulp of the largest distance from the ray's origin to the scene's box.
-const SLACK: f32 = 8.0 * f32::EPSILON / 2.0;
+/// Half thickness of a plane: 32 half-ulp of the largest distance from the ray's origin to the scene's box.
+const SLACK: f32 = 32.0 * f32::EPSILON / 2.0;
 
 /// Largest half thickness, as a share of the scene's largest extent. It is reached when the origin is some 30,000 extents away,
 /// where the hits themselves are uncertain by more; without it each such ray would visit the whole tree.

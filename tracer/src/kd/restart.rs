@@ -161,3 +161,68 @@ impl ShortStack {
         Some((slot, self.entries[slot as usize]))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::aabb::Aabb;
+    use crate::kd::{KdCells, KdNode, KdOptions, KdTree, backtrack, push_down, restart, stack};
+    use crate::observe::{NodeFetch, WorkCounter};
+    use crate::ray::{Query, Ray};
+    use crate::triangle::PreparedTriangle;
+    use glam::Vec3;
+    use scenes::Triangle;
+
+    /// A plate at each x from 0 to `depth`, and a chain of nodes that each take the last plate off.
+    fn chain(depth: u32) -> KdTree {
+        let plate = |x: u32| {
+            let x = x as f32;
+            Triangle { v: [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1.0, 0.0), Vec3::new(x, 0.0, 1.0)] }
+        };
+        let plates: Vec<_> = (0..=depth).map(plate).collect();
+        let inner = |last: u32, left| KdNode::inner(0, last as f32 - 0.5, left);
+        let mut nodes = vec![inner(depth, 1)];
+        for last in (1..depth).rev() {
+            nodes.extend([inner(last, nodes.len() as u32 + 2), KdNode::leaf(last + 1, 1)]);
+        }
+        nodes.extend([KdNode::leaf(0, 1), KdNode::leaf(1, 1)]);
+        KdTree {
+            nodes,
+            references: (0..=depth).collect(),
+            bounds: plates.iter().map(Aabb::of_triangle).fold(Aabb::EMPTY, Aabb::union),
+            depth,
+            triangles: plates.iter().map(PreparedTriangle::from).collect(),
+        }
+    }
+
+    #[test]
+    fn at_the_largest_depth_every_level_can_wait() {
+        let tree = chain(KdOptions::MAX_DEPTH);
+        let cells = KdCells::new(&tree);
+        let end = KdOptions::MAX_DEPTH as f32;
+        let trace = |ray: &Ray| {
+            let mut counters = [WorkCounter::new(NodeFetch::Single); 6];
+            let [a, b, c, d, e, f] = &mut counters;
+            let hits = [
+                stack::trace(&tree, ray, Query::Closest, a),
+                restart::trace(&tree, ray, Query::Closest, b),
+                push_down::trace(&tree, 0, ray, Query::Closest, c),
+                push_down::trace(&tree, 1, ray, Query::Closest, d),
+                push_down::trace(&tree, 64, ray, Query::Closest, e),
+                backtrack::trace(&tree, &cells, ray, Query::Closest, f),
+            ];
+            (hits, counters.map(|counter| counter.work()))
+        };
+        for (origin, direction) in [(-1.0, Vec3::X), (end + 1.0, Vec3::NEG_X)] {
+            let beside = Ray::new(Vec3::new(origin, 0.9, 0.9), direction);
+            let (hits, work) = trace(&beside);
+            assert!(hits.iter().all(|hit| !hit.is_hit()));
+            assert!(work.iter().all(|work| work.leaf_visits == u64::from(KdOptions::MAX_DEPTH) + 1));
+            for plate in 0..=KdOptions::MAX_DEPTH {
+                let from = (plate as f32 - origin).abs() - 0.5;
+                let ray = Ray { t_min: from, ..Ray::new(Vec3::new(origin, 0.25, 0.25), direction) };
+                let (hits, _) = trace(&ray);
+                assert!(hits.iter().all(|hit| hit.primitive == plate), "plate {plate}: {hits:?}");
+            }
+        }
+    }
+}

@@ -6,7 +6,6 @@ use super::plane_ray::{Descent, PlaneRay, Visit};
 use super::tree::{KdNodeKind, KdTree};
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
-use std::mem::MaybeUninit;
 
 /// One far child for each level of the deepest tree.
 const CAPACITY: usize = KdOptions::MAX_DEPTH as usize;
@@ -16,7 +15,7 @@ const CAPACITY: usize = KdOptions::MAX_DEPTH as usize;
 pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut O) -> Hit {
     let mut best = Hit::miss(ray.t_max);
     let Some((plane_ray, interval)) = PlaneRay::new(tree, ray, observer) else { return best };
-    let mut stack = [const { MaybeUninit::<Visit>::uninit() }; CAPACITY];
+    let mut stack = [Visit::default(); CAPACITY];
     let mut top = 0;
     let mut visit = Visit { node: 0, interval };
     loop {
@@ -28,7 +27,7 @@ pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut
                     Descent::One(only) => only,
                     Descent::Both(near, far) => {
                         observer.step(Op::Push, top as u32);
-                        stack[top].write(far);
+                        stack[top] = far;
                         top += 1;
                         near
                     }
@@ -41,8 +40,7 @@ pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut
                 }
                 top -= 1;
                 observer.step(Op::Pop, top as u32);
-                // SAFETY: entries below the old `top` were written by the push above.
-                visit = unsafe { stack[top].assume_init_read() };
+                visit = stack[top];
             }
         }
     }
