@@ -14,7 +14,8 @@ fn main() {
     let scenes::Light::Point { position: light } = scene.lights[0];
     let view = View::new(&scene.camera, 1024, 1024);
     for traversal in Traversal::ALL {
-        let structure = AccelerationStructure::build(&triangles, traversal, &options).expect("the structure builds");
+        let structure =
+            AccelerationStructure::build(&triangles, traversal, &options).expect("the structure builds");
         let (mut primary, mut shadow, mut shadow_rays) = (Work::default(), Work::default(), 0_u64);
         for pixel in 0..1024 * 1024 {
             let ray = view.primary_ray(pixel % 1024, pixel / 1024);

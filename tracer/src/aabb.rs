@@ -141,9 +141,13 @@ mod tests {
                 }
             }
             let pair = slab.entry_exit_pair(&planes, 0.0, 10.0);
-            let (left, right) = (slab.entry_exit(&boxes[0], 0.0, 10.0), slab.entry_exit(&boxes[1], 0.0, 10.0));
+            let (left, right) =
+                (slab.entry_exit(&boxes[0], 0.0, 10.0), slab.entry_exit(&boxes[1], 0.0, 10.0));
             let bits = |x: f32| if x.is_nan() { 0 } else { x.to_bits() };
-            assert_eq!([pair.0, pair.1, pair.2, pair.3].map(bits), [left.0, left.1, right.0, right.1].map(bits));
+            assert_eq!(
+                [pair.0, pair.1, pair.2, pair.3].map(bits),
+                [left.0, left.1, right.0, right.1].map(bits)
+            );
         }
     }
 

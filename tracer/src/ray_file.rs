@@ -18,8 +18,12 @@ const MAX_RAYS: u64 = 1 << 26;
 /// When the file cannot be read, is empty, too large, or not a whole number of rays.
 pub fn read_rays(path: &Path) -> Result<Vec<Ray>, Error> {
     let io = |action| move |source| Error::Io { path: path.to_owned(), action, source };
-    let format =
-        |offset: u64, problem: String, remedy| Error::Format { path: path.to_owned(), offset, problem, remedy };
+    let format = |offset: u64, problem: String, remedy| Error::Format {
+        path: path.to_owned(),
+        offset,
+        problem,
+        remedy,
+    };
     let file = std::fs::File::open(path).map_err(io("opening"))?;
     let mut bytes = Vec::new();
     file.take(MAX_RAYS * RAY_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(io("reading"))?;

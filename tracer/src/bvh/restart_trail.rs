@@ -110,7 +110,8 @@ pub fn trace<O: Observer>(
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
             if hit_a & hit_b {
                 let a_first = near_a <= near_b;
-                let (nearer, farther) = if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
+                let (nearer, farther) =
+                    if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
                 if trail & level != 0 {
                     node = farther;
                 } else {

@@ -25,6 +25,7 @@ pub fn trace<O: Observer>(bvh: &Bvh, ray: &Ray, query: Query, observer: &mut O) 
     }
 }
 
+#[inline(never)]
 fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> Hit {
     let slab = SlabRay::new(ray);
     let mut best = Hit::miss(ray.t_max);
@@ -47,7 +48,8 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
             if hit_a & hit_b {
                 let a_first = near_a <= near_b;
-                let (nearer, farther) = if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
+                let (nearer, farther) =
+                    if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
                 let entry = if a_first { near_b } else { near_a };
                 observer.step(Op::Push, top as u32);
                 debug_assert!(top < CAPACITY);

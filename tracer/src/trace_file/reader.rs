@@ -2,8 +2,8 @@
 
 use super::codec::{self, Limits};
 use super::{
-    CHUNK_HEAD_BYTES, END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES, STRUCTURE_SEED,
-    TRAILER_BYTES, TRAILER_SEED, tile_seed,
+    CHUNK_HEAD_BYTES, END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES,
+    STRUCTURE_SEED, TRAILER_BYTES, TRAILER_SEED, tile_seed,
 };
 use crate::error::Error;
 use crate::topology::Topology;
@@ -50,15 +50,19 @@ impl TraceFile {
         let length = metadata.len();
 
         let mut head = [0; 12];
-        read_at(&mut file, 0, &mut head).map_err(|_| {
-            format(0, format!("{length} bytes are too few for a trace file"), RECORD_AGAIN)
-        })?;
+        read_at(&mut file, 0, &mut head)
+            .map_err(|_| format(0, format!("{length} bytes are too few for a trace file"), RECORD_AGAIN))?;
         if head[..7] != MAGIC[..7] {
             let problem = "the file does not begin with RBTRACE, so it is not a raybudget trace".to_owned();
-            return Err(format(0, problem, "give a file written by `raybudget trace` or as docs/trace-format.md says"));
+            return Err(format(
+                0,
+                problem,
+                "give a file written by `raybudget trace` or as docs/trace-format.md says",
+            ));
         }
         if head[7] != MAGIC[7] {
-            let problem = format!("trace format version {}, this program reads version {}", head[7], MAGIC[7]);
+            let problem =
+                format!("trace format version {}, this program reads version {}", head[7], MAGIC[7]);
             return Err(format(7, problem, RECORD_AGAIN));
         }
         let text_bytes = u32::from_le_bytes(*head[8..].first_chunk().expect("four bytes"));
@@ -72,7 +76,11 @@ impl TraceFile {
         let checksum = take_checksum(&mut text);
         let checked = [&head[..], &text].concat();
         if xxh3_64_with_seed(&checked, HEADER_SEED) != checksum {
-            return Err(format(12, "the header's checksum does not match: the file is damaged".to_owned(), RECORD_AGAIN));
+            return Err(format(
+                12,
+                "the header's checksum does not match: the file is damaged".to_owned(),
+                RECORD_AGAIN,
+            ));
         }
 
         let mut trailer = [0; TRAILER_BYTES as usize];
@@ -80,7 +88,9 @@ impl TraceFile {
         let word = |at: usize| u64::from_le_bytes(*trailer[at..].first_chunk().expect("eight bytes"));
         let (index_offset, tiles, steps, stalls) = (word(0), word(8), word(16), word(24));
         if trailer[40..] != END_MAGIC || xxh3_64_with_seed(&trailer[..32], TRAILER_SEED) != word(32) {
-            let problem = "the trailer is missing or damaged: the file is torn, or its writing was interrupted".to_owned();
+            let problem =
+                "the trailer is missing or damaged: the file is torn, or its writing was interrupted"
+                    .to_owned();
             return Err(format(length - TRAILER_BYTES, problem, RECORD_AGAIN));
         }
 
@@ -90,7 +100,8 @@ impl TraceFile {
         let chunks = tiles.saturating_add(1);
         let index_bytes = chunks.saturating_mul(8).saturating_add(8);
         let index_fits = index_offset >= structure_offset
-            && index_offset.checked_add(index_bytes).and_then(|end| end.checked_add(TRAILER_BYTES)) == Some(length);
+            && index_offset.checked_add(index_bytes).and_then(|end| end.checked_add(TRAILER_BYTES))
+                == Some(length);
         if !index_fits || tiles != u64::from(header.frame.tiles()) {
             let problem = format!(
                 "{tiles} tiles with an index at byte {index_offset} do not fit the frame of {} tiles and the file of {length} bytes",
@@ -104,11 +115,19 @@ impl TraceFile {
         if xxh3_64_with_seed(&index, INDEX_SEED) != checksum {
             return Err(format(index_offset, "the index is damaged".to_owned(), RECORD_AGAIN));
         }
-        let mut offsets: Vec<u64> =
-            index.chunks_exact(8).map(|bytes| u64::from_le_bytes(*bytes.first_chunk().expect("eight bytes"))).collect();
+        let mut offsets: Vec<u64> = index
+            .chunks_exact(8)
+            .map(|bytes| u64::from_le_bytes(*bytes.first_chunk().expect("eight bytes")))
+            .collect();
         offsets.push(index_offset);
-        if offsets[0] != structure_offset || offsets.windows(2).any(|pair| pair[0] + CHUNK_HEAD_BYTES + 8 > pair[1]) {
-            return Err(format(index_offset, "the index does not lead from chunk to chunk".to_owned(), RECORD_AGAIN));
+        if offsets[0] != structure_offset
+            || offsets.windows(2).any(|pair| pair[0] + CHUNK_HEAD_BYTES + 8 > pair[1])
+        {
+            return Err(format(
+                index_offset,
+                "the index does not lead from chunk to chunk".to_owned(),
+                RECORD_AGAIN,
+            ));
         }
 
         let mut trace = Self {
@@ -124,8 +143,10 @@ impl TraceFile {
         let raw = trace.read_chunk(0, STRUCTURE_SEED)?;
         trace.topology = codec::decode_topology(&raw).map_err(|problem| trace.format_error(0, problem))?;
         if trace.topology.triangles != trace.header.triangles {
-            let problem =
-                format!("a tree over {} triangles, {} in the header", trace.topology.triangles, trace.header.triangles);
+            let problem = format!(
+                "a tree over {} triangles, {} in the header",
+                trace.topology.triangles, trace.header.triangles
+            );
             return Err(trace.format_error(0, problem));
         }
         trace.limits = Limits::new(&trace.header, &trace.topology);
@@ -146,13 +167,19 @@ impl TraceFile {
         let (start, end) = (self.offsets[chunk], self.offsets[chunk + 1]);
         let bytes = end - start;
         if bytes > u64::from(MAX_CHUNK_BYTES) {
-            return Err(self.format_error(chunk, format!("a chunk of {bytes} bytes, at most {MAX_CHUNK_BYTES} expected")));
+            return Err(self.format_error(
+                chunk,
+                format!("a chunk of {bytes} bytes, at most {MAX_CHUNK_BYTES} expected"),
+            ));
         }
         let mut data = vec![0; bytes as usize];
         {
             let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            read_at(&mut file, start, &mut data)
-                .map_err(|source| Error::Io { path: self.path.clone(), action: "reading", source })?;
+            read_at(&mut file, start, &mut data).map_err(|source| Error::Io {
+                path: self.path.clone(),
+                action: "reading",
+                source,
+            })?;
         }
         let checksum = take_checksum(&mut data);
         if xxh3_64_with_seed(&data, seed) != checksum {
@@ -161,7 +188,8 @@ impl TraceFile {
         }
         let word = |at: usize| u32::from_le_bytes(*data[at..].first_chunk().expect("four bytes"));
         let (compressed_bytes, raw_bytes) = (word(0), word(4));
-        if u64::from(compressed_bytes) + CHUNK_HEAD_BYTES != data.len() as u64 || raw_bytes > MAX_CHUNK_BYTES {
+        if u64::from(compressed_bytes) + CHUNK_HEAD_BYTES != data.len() as u64 || raw_bytes > MAX_CHUNK_BYTES
+        {
             let problem = format!(
                 "a chunk of {compressed_bytes} bytes, {raw_bytes} uncompressed, in {} bytes of file",
                 data.len()
@@ -195,7 +223,8 @@ impl TileSource for TraceFile {
         let raw = self.read_chunk(chunk, tile_seed(index))?;
         let rect = self.header.frame.tile(index);
         let rays = rect.width as usize * rect.height as usize;
-        codec::decode_tile(&raw, rays, &self.limits, tile).map_err(|problem| self.format_error(chunk, problem))
+        codec::decode_tile(&raw, rays, &self.limits, tile)
+            .map_err(|problem| self.format_error(chunk, problem))
     }
 
     fn stalls(&self) -> u64 {
@@ -220,7 +249,9 @@ fn take_checksum(data: &mut Vec<u8>) -> u64 {
 fn check_header(header: &TraceHeader) -> Result<(), String> {
     const MAX_EDGE: u32 = 1 << 15;
     match header.frame {
-        crate::Frame::Image { width, height } if width == 0 || height == 0 || width.max(height) > MAX_EDGE => {
+        crate::Frame::Image { width, height }
+            if width == 0 || height == 0 || width.max(height) > MAX_EDGE =>
+        {
             return Err(format!("a frame of {width}x{height} pixels, 1 to {MAX_EDGE} per edge expected"));
         }
         crate::Frame::List { rays } if rays > 1 << 30 => {

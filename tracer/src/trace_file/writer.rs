@@ -2,7 +2,8 @@
 
 use super::codec;
 use super::{
-    END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES, STRUCTURE_SEED, TRAILER_SEED, tile_seed,
+    END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES, STRUCTURE_SEED,
+    TRAILER_SEED, tile_seed,
 };
 use crate::error::Error;
 use crate::topology::Topology;
@@ -123,10 +124,11 @@ impl TraceWriter {
         trailer.extend(END_MAGIC);
         self.write(&trailer)?;
         let Self { path, file, position, .. } = self;
-        let temporary =
-            file.into_inner().map_err(|error| io_error(&path, "writing", error.into_error()))?;
+        let temporary = file.into_inner().map_err(|error| io_error(&path, "writing", error.into_error()))?;
         temporary.as_file().sync_all().map_err(|source| io_error(&path, "writing", source))?;
-        temporary.persist(&path).map_err(|error| io_error(&path, "renaming the finished file", error.error))?;
+        temporary
+            .persist(&path)
+            .map_err(|error| io_error(&path, "renaming the finished file", error.error))?;
         Ok(position)
     }
 
