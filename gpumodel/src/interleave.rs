@@ -80,16 +80,27 @@ impl Interleaver {
         buffers: &Buffers,
         resident_warps: u32,
     ) -> Self {
+        let stacks = (buffers.stack_base_line, buffers.stack_stride_lines);
+        Self::with_stacks(gpu, hierarchy, paths, stacks, resident_warps)
+    }
+
+    /// `stacks`: first line, and lines per resident warp.
+    fn with_stacks(
+        gpu: &Gpu,
+        hierarchy: Hierarchy,
+        paths: KindPaths,
+        stacks: (u32, u32),
+        resident_warps: u32,
+    ) -> Self {
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
             let path = paths.of(kind);
             let levels = hierarchy.path(path);
             let first = &gpu.levels().as_slice()[levels[0]];
-            // A reordering policy other than LRU may evict one line of the run for another, or rank a hit anew.
+            // Other policies may evict one line of the run for another, or rank a line anew when it hits.
             let repeatable = first.policy == Policy::Lru && !write;
-            let private =
-                (kind == BufferKind::Stack).then_some((buffers.stack_base_line, buffers.stack_stride_lines));
+            let private = (kind == BufferKind::Stack).then_some(stacks);
             Some(Route {
                 path,
                 write,
@@ -268,5 +279,99 @@ impl Interleaver {
 impl PassCounters {
     pub(crate) fn of(stream: &TileStream, pass: Pass) -> Self {
         Self { issue: stream.issue[pass as usize], traffic: TrafficCounters::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mock::gpu;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Why repeats of short runs need not be simulated.
+        #[test]
+        fn a_repeated_run_of_no_more_lines_than_ways_hits_and_leaves_an_lru_cache_as_it_was(
+            runs in prop::collection::vec(prop::collection::btree_set(0_u64..6000, 1..=8), 1..400)
+        ) {
+            let machine = gpu(&[("value = 131072", "value = 8192")]);
+            let fresh = || Hierarchy::with_paths(machine.levels(), &machine.paths.as_slices()).unwrap();
+            let ((mut once, paths), (mut twice, _)) = (fresh(), fresh());
+            for run in runs {
+                let lines: Vec<LineId> = run.into_iter().map(LineId::new).collect();
+                let first = once.read(paths[0], 0, &lines);
+                prop_assert_eq!(first, twice.read(paths[0], 0, &lines));
+                let again = twice.read(paths[0], 0, &lines);
+                prop_assert_eq!(again.levels[0].misses, 0);
+                prop_assert_eq!(again.memory.reads, 0);
+            }
+        }
+    }
+
+    fn stream(warps: &[&[(BufferKind, u32)]]) -> Arc<TileStream> {
+        let mut writer = crate::warp::StreamWriter::new();
+        let mut ends = Vec::new();
+        for warp in warps {
+            for &(kind, line) in *warp {
+                writer.lines()[0] = line;
+                writer.push(Run::new(Pass::Primary, kind, false, 1, 1));
+                writer.end_turn();
+            }
+            ends.push(writer.len());
+        }
+        Arc::new(TileStream { words: writer.take(), warp_ends: ends, ..TileStream::default() })
+    }
+
+    fn interleaver(resident: u32) -> Interleaver {
+        let machine = gpu(&[]);
+        let (hierarchy, paths) = Hierarchy::with_paths(machine.levels(), &machine.paths.as_slices()).unwrap();
+        let kind_paths = KindPaths { ssbo: paths[0], private: paths[2] };
+        Interleaver::with_stacks(&machine, hierarchy, kind_paths, (1000, 10), resident)
+    }
+
+    #[test]
+    fn cores_and_slots_take_turns_and_ticks_are_counted() {
+        let mut interleaver = interleaver(2);
+        let turns: &[(BufferKind, u32)] = &[(BufferKind::Node, 1), (BufferKind::Node, 2)];
+        // Nine warps of two turns on four cores of two slots: eight are resident at once, the ninth follows the first.
+        interleaver.push(&stream(&[turns; 9]));
+        let (_, _, schedule) = interleaver.finish();
+        assert_eq!(schedule.warps, 9);
+        // Each core has 4 turns, the first one 6.
+        assert_eq!(schedule.ticks, 6);
+        assert_eq!(schedule.full_ticks, 4);
+    }
+
+    #[test]
+    fn every_resident_warp_has_a_stack_of_its_own() {
+        let mut interleaver = interleaver(2);
+        let stack: &[(BufferKind, u32)] = &[(BufferKind::Stack, 0)];
+        interleaver.push(&stream(&[stack; 8]));
+        let (passes, _, _) = interleaver.finish();
+        assert_eq!(passes[0].stack.levels[1].misses, 8);
+    }
+
+    #[test]
+    fn the_next_warp_of_a_slot_inherits_its_stack() {
+        let mut interleaver = interleaver(1);
+        let stack: &[(BufferKind, u32)] = &[(BufferKind::Stack, 0)];
+        interleaver.push(&stream(&[stack; 8]));
+        let (passes, _, _) = interleaver.finish();
+        assert_eq!((passes[0].stack.levels[1].accesses, passes[0].stack.levels[1].misses), (8, 4));
+    }
+
+    #[test]
+    fn the_order_of_accesses_does_not_depend_on_how_many_tiles_are_known() {
+        let turns: Vec<(BufferKind, u32)> =
+            (0..40).map(|turn| (BufferKind::Node, turn * 37 % 5000)).collect();
+        let tiles: Vec<_> = (1..12).map(|tile| stream(&vec![&turns[..tile * 3]; tile])).collect();
+        let mut eager = interleaver(3);
+        for tile in &tiles {
+            eager.push(tile);
+            eager.run_ahead();
+        }
+        let mut lazy = interleaver(3);
+        tiles.iter().for_each(|tile| lazy.push(tile));
+        assert_eq!(eager.finish(), lazy.finish());
     }
 }

@@ -4,12 +4,16 @@
 //! lanes of a frame in lockstep through the caches of a [`Gpu`] and counts in whole numbers; [`estimate`] turns the counts
 //! into time and into the [`COUNTERS`] of a profiler. The same inputs give the same bytes on any number of threads.
 
+#[cfg(test)]
+mod closed_forms;
 mod config;
 mod counters;
 mod error;
 mod estimate;
 mod interleave;
 mod layout;
+#[cfg(test)]
+mod mock;
 mod replay;
 mod schedule;
 mod warp;

@@ -27,7 +27,7 @@ impl LaneMap {
             (0..TILE_RAYS).map(|ray| (ray, 0)).collect()
         } else {
             let mut warps: Vec<_> = grid(TILE_EDGE / width, TILE_EDGE / height).collect();
-            warps.sort_by_key(|&(x, y)| z_order(x, y));
+            warps.sort_by_key(|&(x, y)| z_order(x * width, y * height));
             let mut quads: Vec<_> = grid(width / 2, height / 2).collect();
             quads.sort_by_key(|&(x, y)| z_order(x, y));
             let mut places = Vec::with_capacity(TILE_RAYS as usize);
@@ -82,4 +82,73 @@ pub(crate) fn resident_warps(gpu: &Gpu, registers: u32, header: &TraceHeader) ->
         });
     }
     Ok(warps.min(gpu.cores.warp_slots))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mock::{Recorded, gpu};
+    use tracer::Accel;
+
+    const WIDE: &[(&str, &str)] =
+        &[("value = 32, source", "value = 64, source"), ("value = [8, 4]", "value = [8, 8]")];
+
+    #[test]
+    fn a_warp_is_a_block_of_quads_in_z_order() {
+        let frame = Frame::Image { width: 32, height: 32 };
+        let warps: Vec<_> = LaneMap::new(&gpu(&[]), frame).warps(frame.tile(0)).collect();
+        assert_eq!(warps.len(), 32);
+        // The first two quads lie side by side, the next two below them.
+        assert_eq!(warps[0][..8], [0, 1, 32, 33, 2, 3, 34, 35]);
+        assert_eq!(warps[0][8..12], [64, 65, 96, 97]);
+        for (warp, first) in warps.iter().zip([0, 4 * 32, 8, 4 * 32 + 8]) {
+            assert_eq!(warp[0], first, "blocks of 8x4 in Z order");
+            assert!(warp.iter().all(|ray| ray % 32 / 8 == first % 32 / 8 && ray / 128 == first / 128));
+        }
+    }
+
+    #[test]
+    fn every_pixel_is_one_lane_of_one_warp_at_both_widths_and_any_image_edge() {
+        for machine in [gpu(&[]), gpu(WIDE)] {
+            for (width, height) in [(32, 32), (33, 1), (7, 45), (1, 1)] {
+                let frame = Frame::Image { width, height };
+                let map = LaneMap::new(&machine, frame);
+                for tile in 0..frame.tiles() {
+                    let rect = frame.tile(tile);
+                    let mut rays: Vec<u32> = map.warps(rect).flatten().filter(|&ray| ray != HELPER).collect();
+                    rays.sort_unstable();
+                    assert!(rays.into_iter().eq(0..rect.width * rect.height), "{width}x{height}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn warps_outside_the_image_are_not_run_and_those_at_its_edge_have_idle_lanes() {
+        let frame = Frame::Image { width: 9, height: 4 };
+        let warps: Vec<_> = LaneMap::new(&gpu(&[]), frame).warps(frame.tile(0)).collect();
+        assert_eq!(warps.len(), 2);
+        assert_eq!(warps[1].iter().filter(|&&ray| ray != HELPER).count(), 4);
+    }
+
+    #[test]
+    fn rays_of_a_list_fill_warps_in_order() {
+        let frame = Frame::List { rays: 1024 + 40 };
+        let map = LaneMap::new(&gpu(&[]), frame);
+        let warps: Vec<_> = map.warps(frame.tile(1)).collect();
+        assert_eq!(warps.len(), 2);
+        assert!(warps[0].iter().copied().eq(0..32));
+        assert_eq!(warps[1].iter().filter(|&&ray| ray != HELPER).count(), 8);
+    }
+
+    #[test]
+    fn residency_follows_the_register_rule_and_its_limits() {
+        let header = Recorded::list(Accel::Bvh, "stack", 2, &[]).header;
+        let resident = |registers| resident_warps(&gpu(&[]), registers, &header);
+        // 48 / 12 * 2; 13 registers leave room for 3; 1 register would fit 96 warps, but there are 16 slots.
+        for (registers, warps) in [(12, 8), (13, 6), (24, 4), (25, 2), (48, 2), (1, 16)] {
+            assert_eq!(resident(registers).unwrap(), warps, "{registers} registers");
+        }
+        assert!(resident(49).unwrap_err().to_string().contains("49 vec4 registers"));
+    }
 }

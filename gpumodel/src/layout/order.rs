@@ -64,3 +64,51 @@ impl NodeOrder {
         positions
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mock::complete_tree;
+
+    #[test]
+    fn every_order_is_a_permutation() {
+        let tree = complete_tree(64);
+        for order in NodeOrder::ALL {
+            let mut positions = order.positions(&tree);
+            positions.sort_unstable();
+            assert!(positions.into_iter().eq(0..127), "{order:?}");
+        }
+    }
+
+    #[test]
+    fn in_depth_first_order_a_left_child_follows_its_parent_and_a_right_one_its_siblings_subtree() {
+        // Node 0 has children 1 and 2; 1 has 3 and 4; 2 has 5 and 6.
+        let tree = complete_tree(4);
+        assert_eq!(NodeOrder::DepthFirst.positions(&tree), [0, 1, 4, 2, 3, 5, 6]);
+    }
+
+    #[test]
+    fn in_breadth_first_order_levels_follow_each_other() {
+        // An unbalanced tree: 0 -> (1, 2), 2 -> (3, 4), 1 -> (5, 6).
+        let leaf = TopologyNode::Leaf { first: 0, count: 0 };
+        let nodes = vec![
+            TopologyNode::Inner { left: 1 },
+            TopologyNode::Inner { left: 5 },
+            TopologyNode::Inner { left: 3 },
+            leaf,
+            leaf,
+            leaf,
+            leaf,
+        ];
+        let tree = Topology { nodes, references: Vec::new(), triangles: 0 };
+        assert_eq!(NodeOrder::BreadthFirst.positions(&tree), [0, 1, 2, 5, 6, 3, 4]);
+    }
+
+    #[test]
+    fn names_name_their_orders() {
+        for order in NodeOrder::ALL {
+            assert_eq!(NodeOrder::from_name(order.name()), Some(order));
+        }
+        assert_eq!(NodeOrder::from_name("random"), None);
+    }
+}

@@ -140,3 +140,154 @@ impl Lockstep {
         self.waiting[queue] |= 1 << lane;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// What a warp executed: trips and steps with their lanes.
+    #[derive(Debug, Default, PartialEq)]
+    struct Log(Vec<(Option<Op>, Vec<u8>, Vec<u32>)>);
+
+    impl Body for Log {
+        fn trip(&mut self, lanes: u32) {
+            self.0.push((None, Vec::new(), vec![lanes]));
+        }
+
+        fn step(&mut self, op: Op, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
+            self.0.push((Some(op), lanes.to_vec(), ids.to_vec()));
+            Ok(())
+        }
+    }
+
+    /// The definition, lane by lane, without masks.
+    fn naive(structure: LoopStructure, lanes: &[Vec<(Op, u32)>]) -> Log {
+        let mut log = Log::default();
+        let mut at = vec![0; lanes.len()];
+        let next = |at: &[usize], lane: usize| lanes[lane].get(at[lane]).copied();
+        let wants = |at: &[usize], search: bool| -> u32 {
+            let is_wanted =
+                |&lane: &usize| next(at, lane).is_some_and(|(op, _)| SEARCH.contains(&op) == search);
+            (0..lanes.len()).filter(is_wanted).count() as u32
+        };
+        let step = |at: &mut Vec<usize>, log: &mut Log, op: Op| {
+            let (mut who, mut ids) = (Vec::new(), Vec::new());
+            for lane in 0..lanes.len() {
+                if let Some((_, id)) = next(at, lane).filter(|&(next_op, _)| next_op == op) {
+                    at[lane] += 1;
+                    who.push(lane as u8);
+                    ids.push(id);
+                }
+            }
+            if !who.is_empty() {
+                log.0.push((Some(op), who, ids));
+            }
+        };
+        let search = |at: &mut Vec<usize>, log: &mut Log| {
+            let count = wants(at, true);
+            if count > 0 {
+                log.trip(count);
+                SEARCH.into_iter().for_each(|op| step(at, log, op));
+            }
+            count > 0
+        };
+        let test = |at: &mut Vec<usize>, log: &mut Log| {
+            let count = wants(at, false);
+            if count > 0 {
+                log.trip(count);
+                step(at, log, Op::Primitive);
+            }
+            count > 0
+        };
+        while wants(&at, true) + wants(&at, false) > 0 {
+            match structure {
+                LoopStructure::WhileWhile => {
+                    while search(&mut at, &mut log) {}
+                    while test(&mut at, &mut log) {}
+                }
+                LoopStructure::SingleLoop => {
+                    search(&mut at, &mut log);
+                    while test(&mut at, &mut log) {}
+                }
+                LoopStructure::IfIf => {
+                    search(&mut at, &mut log);
+                    test(&mut at, &mut log);
+                }
+            }
+        }
+        log
+    }
+
+    fn run(structure: LoopStructure, lanes: &[Vec<(Op, u32)>]) -> Result<Log, String> {
+        let mut steps = Vec::new();
+        let ranges: Vec<_> = lanes
+            .iter()
+            .enumerate()
+            .map(|(lane, of_lane)| {
+                let start = steps.len() as u32;
+                steps.extend(of_lane.iter().map(|&(op, id)| Step::new(op, id)));
+                (lane, start, steps.len() as u32)
+            })
+            .collect();
+        let mut log = Log::default();
+        Lockstep::new().run(structure, &steps, ranges.into_iter(), &mut log)?;
+        Ok(log)
+    }
+
+    fn any_steps() -> impl Strategy<Value = Vec<Vec<(Op, u32)>>> {
+        let ops = [Op::Pop, Op::Restart, Op::Up, Op::Node, Op::Push, Op::Primitive, Op::Node, Op::Primitive];
+        let step = (0..ops.len(), 0_u32..1000).prop_map(move |(op, id)| (ops[op], id));
+        prop::collection::vec(prop::collection::vec(step, 0..24), 0..=64)
+    }
+
+    const STRUCTURES: [LoopStructure; 3] =
+        [LoopStructure::WhileWhile, LoopStructure::SingleLoop, LoopStructure::IfIf];
+
+    proptest! {
+        #[test]
+        fn masks_do_what_the_definition_says(lanes in any_steps()) {
+            for structure in STRUCTURES {
+                prop_assert_eq!(run(structure, &lanes).unwrap(), naive(structure, &lanes));
+            }
+        }
+
+        #[test]
+        fn a_warp_takes_at_least_the_steps_of_its_longest_lane_and_at_most_those_of_all(lanes in any_steps()) {
+            let longest = lanes.iter().map(Vec::len).max().unwrap_or(0);
+            let all: usize = lanes.iter().map(Vec::len).sum();
+            for structure in STRUCTURES {
+                let log = run(structure, &lanes).unwrap();
+                let steps = log.0.iter().filter(|(op, ..)| op.is_some()).count();
+                prop_assert!(longest <= steps && steps <= all, "{longest} <= {steps} <= {all}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lane_in_a_leaf_waits_for_the_searching_ones_only_in_while_while() {
+        use Op::{Node, Primitive};
+        let lanes = [vec![(Node, 0), (Primitive, 7)], vec![(Node, 0), (Node, 1), (Node, 3)]];
+        let ops = |structure| -> Vec<Op> {
+            run(structure, &lanes).unwrap().0.into_iter().filter_map(|(op, ..)| op).collect()
+        };
+        assert_eq!(ops(LoopStructure::WhileWhile), [Node, Node, Node, Primitive]);
+        assert_eq!(ops(LoopStructure::SingleLoop), [Node, Primitive, Node, Node]);
+        assert_eq!(ops(LoopStructure::IfIf), [Node, Primitive, Node, Node]);
+    }
+
+    #[test]
+    fn a_lane_pops_fetches_and_pushes_in_one_trip() {
+        let lanes = [vec![(Op::Pop, 0), (Op::Node, 5), (Op::Push, 0)]];
+        let log = run(LoopStructure::WhileWhile, &lanes).unwrap();
+        assert_eq!(log.0.iter().filter(|(op, ..)| op.is_none()).count(), 1);
+    }
+
+    #[test]
+    fn steps_without_a_modelled_shader_are_refused() {
+        for op in [Op::Instance, Op::AnyHit] {
+            let refusal = run(LoopStructure::WhileWhile, &[vec![(Op::Node, 0), (op, 1)]]).unwrap_err();
+            assert!(refusal.contains(&format!("{op:?}")), "{refusal}");
+        }
+    }
+}

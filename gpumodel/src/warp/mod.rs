@@ -6,4 +6,6 @@ mod program;
 mod stream;
 
 pub(crate) use program::{Program, TileReplay};
+#[cfg(test)]
+pub(crate) use stream::StreamWriter;
 pub(crate) use stream::{Pass, Run, TileStream};
