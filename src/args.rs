@@ -202,10 +202,10 @@ pub(crate) struct FrameArgs {
     #[arg(long, value_name = "WxH")]
     pub(crate) size: Option<String>,
     /// SAH cost of visiting an inner node [default: 3].
-    #[arg(long, value_name = "COST")]
+    #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub(crate) ct: Option<f64>,
     /// SAH cost of testing a triangle [default: 1.5].
-    #[arg(long, value_name = "COST")]
+    #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub(crate) ci: Option<f64>,
     /// Entries of the short stack of restart-trail and push-down [default: 0].
     #[arg(long, value_name = "N")]
@@ -220,7 +220,7 @@ pub(crate) struct FrameArgs {
     #[arg(long, value_name = "RULE", value_parser = PossibleValuesParser::new(["allowed", "forbidden"]))]
     pub(crate) flat_cells: Option<String>,
     /// kd-tree: factor on the cost of a split with an empty side [default: 1, no bonus].
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     pub(crate) empty_bonus: Option<f64>,
     /// kd-tree: longest path from the root, in edges [default: by the number of triangles].
     #[arg(long, value_name = "EDGES")]

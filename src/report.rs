@@ -114,7 +114,8 @@ impl ReportFiles {
 
     /// Writes all files. A list of rays has no pixels and so no heat map.
     pub(crate) fn write(self, answer: &Answer) -> anyhow::Result<()> {
-        let Self { text, json, csv, heat_map, folder } = self;
+        // Bindings drop from the last to the first.
+        let Self { folder, text, json, csv, heat_map } = self;
         let Answer { report, .. } = answer;
         let picture = picture(answer)?;
         let mut ready = vec![

@@ -102,11 +102,10 @@ pub fn write_png(map: &HeatMap<'_>) -> Result<Vec<u8>, Unpaintable> {
 fn paint(map: &HeatMap<'_>, height: u32, scale: Scale) -> Canvas {
     let zoom = LEAST_SIDE.div_ceil(map.width.max(height));
     let (map_width, map_height) = (map.width * zoom, height * zoom);
-    let ticks = ticks::ticks(scale.end);
-    let labels: Vec<(u32, String)> = ticks.iter().map(|&tick| (tick, tick.to_string())).collect();
+    let body_height = map_height.max(LEAST_BAR);
+    let labels = labels(scale.end, body_height);
     let label_width = labels.iter().map(|(_, text)| font::width(text, TEXT)).max().unwrap_or(0);
     let bar_column = (BAR_WIDTH + TICK + 4 + label_width).max(font::width(&map.unit, TEXT));
-    let body_height = map_height.max(LEAST_BAR);
     let width = (MARGIN + map_width + MARGIN + bar_column + MARGIN).max(LEAST_WIDTH);
     let text_width = width - 2 * MARGIN;
 
@@ -145,6 +144,15 @@ fn paint(map: &HeatMap<'_>, height: u32, scale: Scale) -> Canvas {
         y += font::line(TEXT);
     }
     canvas
+}
+
+/// Round values and the end of the scale; round ones that would touch the end's label are left out.
+fn labels(end: u32, bar_height: u32) -> Vec<(u32, String)> {
+    let label = |value: u32| (value, value.to_string());
+    let pixels_below_end = |value: u32| f64::from(end - value) / f64::from(end) * f64::from(bar_height);
+    let round = ticks::ticks(end).into_iter();
+    let apart = round.filter(|&tick| pixels_below_end(tick) >= f64::from(font::line(TEXT)) * 1.5);
+    apart.map(label).chain([label(end)]).collect()
 }
 
 fn paint_bar(canvas: &mut Canvas, left: u32, top: u32, height: u32, scale: Scale, labels: &[(u32, String)]) {

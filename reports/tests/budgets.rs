@@ -1,0 +1,179 @@
+//! Are limits kept at their value and broken just beyond it, and are wrong budgets refused with their place?
+
+use reports::budget::{Budget, Checked, Outcome, Severity, csv_text, json_text, text};
+use reports::{Report, json, text::Style};
+
+/// A report of two counters with figures and one without, in the frame and in one pass.
+fn report(frame_time: f64, fetches: u64) -> Report {
+    let counters = format!(
+        r#"{{"frame_time_ms": {{"value": {frame_time:?}, "unit": "ms", "ci95": null, "from": "replay"}},
+            "node_fetches": {{"value": {fetches}, "unit": "fetches", "ci95": null, "from": "replay"}},
+            "energy_mj": {{"value": null, "unit": "mJ", "ci95": null, "from": "replay", "reason": "No table."}}}}"#
+    );
+    let text = format!(
+        r#"{{"schema": 1, "tool": "raybudget 0.1.0", "left_out": [],
+            "inputs": {{"scene": "s", "gpu": "g", "accel": "bvh", "traversal": "stack", "layout": "padded",
+                "technique": "fragment", "width": 1, "height": 1, "seed": null,
+                "hashes": {{"scene": "0", "gpu": "0", "costs": "0"}}, "triangles": 1, "ray_sets": ["primary"],
+                "sah_costs": [3.0, 1.5], "short_stack": 0, "trail_bits": null}},
+            "run": {{"wall_s": 0.0, "peak_rss_bytes": null, "fidelity": "replay", "sampled_fraction": 1.0, "threads": 1}},
+            "counters": {counters}, "passes": [{{"name": "primary rays", "counters": {counters}}}]}}"#
+    );
+    json::read(&text, "made").expect("a report")
+}
+
+fn limit(rules: &str) -> Budget {
+    Budget::parse(&format!("[[limit]]\ncounter = \"node_fetches\"\nhard = {{ {rules} }}\n"), "b.toml")
+        .expect("a budget")
+}
+
+fn outcome(rules: &str, fetches: u64, baseline: Option<u64>) -> Outcome {
+    let baseline = baseline.map(|fetches| report(1.0, fetches));
+    let checked = limit(rules).check(&report(1.0, fetches), baseline.as_ref()).expect("a check");
+    checked.rows[0].outcome
+}
+
+#[test]
+fn a_limit_is_kept_at_its_value_and_broken_one_beyond() {
+    assert_eq!(outcome("max = 100", 100, None), Outcome::Pass);
+    assert_eq!(outcome("max = 100", 101, None), Outcome::Fail);
+    assert_eq!(outcome("min = 100", 100, None), Outcome::Pass);
+    assert_eq!(outcome("min = 100", 99, None), Outcome::Fail);
+}
+
+#[test]
+fn an_absolute_change_is_kept_at_its_value_and_broken_one_beyond() {
+    assert_eq!(outcome("max_increase = 5", 105, Some(100)), Outcome::Pass);
+    assert_eq!(outcome("max_increase = 5", 106, Some(100)), Outcome::Fail);
+    assert_eq!(outcome("max_increase = 5", 1, Some(100)), Outcome::Pass);
+    assert_eq!(outcome("max_decrease = 5", 95, Some(100)), Outcome::Pass);
+    assert_eq!(outcome("max_decrease = 5", 94, Some(100)), Outcome::Fail);
+}
+
+#[test]
+fn a_change_in_percent_is_kept_at_its_value_and_broken_one_beyond() {
+    assert_eq!(outcome("max_increase = \"10 %\"", 110, Some(100)), Outcome::Pass);
+    assert_eq!(outcome("max_increase = \"10%\"", 111, Some(100)), Outcome::Fail);
+    assert_eq!(outcome("max_increase = \"0 %\"", 100, Some(100)), Outcome::Pass);
+    assert_eq!(outcome("max_decrease = \"10 %\"", 89, Some(100)), Outcome::Fail);
+}
+
+#[test]
+fn any_growth_from_nothing_breaks_a_limit_in_percent() {
+    assert_eq!(outcome("max_increase = \"10 %\"", 0, Some(0)), Outcome::Pass);
+    assert_eq!(outcome("max_increase = \"10 %\"", 1, Some(0)), Outcome::Fail);
+}
+
+#[test]
+fn a_change_without_a_baseline_is_not_compared_and_does_not_fail() {
+    assert_eq!(outcome("max_increase = 0", 100, None), Outcome::NotCompared);
+    let checked = limit("max_increase = 0").check(&report(1.0, 1), None).expect("a check");
+    assert_eq!(checked.failures(Severity::Hard), 0);
+    assert!(text(&checked, Style::Plain).contains("1 not compared"));
+}
+
+#[test]
+fn soft_and_hard_failures_are_counted_apart() {
+    let budget = "[[limit]]\ncounter = \"frame_time_ms\"\nsoft = { max = 14.0 }\nhard = { max = 16.6 }\n";
+    let budget = Budget::parse(budget, "b.toml").expect("a budget");
+    let failures = |frame_time| {
+        let checked = budget.check(&report(frame_time, 1), None).expect("a check");
+        [checked.failures(Severity::Soft), checked.failures(Severity::Hard)]
+    };
+    assert_eq!(failures(14.0), [0, 0]);
+    assert_eq!(failures(14.1), [1, 0]);
+    assert_eq!(failures(16.7), [1, 1]);
+}
+
+#[test]
+fn a_limit_can_be_set_for_a_pass() {
+    let budget = |pass: &str| {
+        let text =
+            format!("[[limit]]\ncounter = \"node_fetches\"\npass = \"{pass}\"\nhard = {{ max = 1 }}\n");
+        Budget::parse(&text, "b.toml").expect("a budget").check(&report(1.0, 2), None)
+    };
+    assert_eq!(budget("primary rays").expect("a check").failures(Severity::Hard), 1);
+    let error = budget("secondary").expect_err("no such pass").to_string();
+    assert!(error.starts_with("b.toml:4: ") && error.contains("primary rays"), "{error}");
+}
+
+#[test]
+fn a_limit_on_an_absent_counter_is_an_error_with_the_reason() {
+    let budget = Budget::parse("[[limit]]\ncounter = \"energy_mj\"\nhard = { max = 1 }\n", "b.toml")
+        .expect("a budget");
+    let error = budget.check(&report(1.0, 1), None).expect_err("no figure").to_string();
+    assert!(error.starts_with("b.toml:3: ") && error.contains("No table"), "{error}");
+}
+
+#[test]
+fn a_baseline_of_other_inputs_is_called_stale() {
+    let mut other = report(1.0, 1);
+    assert_eq!(
+        limit("max = 1").check(&report(1.0, 1), Some(&other)).expect("a check").stale,
+        Vec::<String>::new()
+    );
+    other.inputs.gpu = "another".into();
+    other.tool = "raybudget 0.0.9".into();
+    let stale = limit("max = 1").check(&report(1.0, 1), Some(&other)).expect("a check").stale;
+    assert_eq!(stale.len(), 2, "{stale:?}");
+    assert!(stale[1].contains("inputs.gpu"), "{stale:?}");
+}
+
+#[test]
+fn wrong_budgets_are_refused_with_file_line_and_remedy() {
+    let cases = [
+        ("", "b.toml: no limits"),
+        ("[[limit]]\ncounter = \"frame_tme_ms\"\nhard = { max = 1 }\n", "b.toml:2: no counter is called"),
+        ("\n[[limits]]\ncounter = \"fps\"\n", "b.toml:2: unknown field `limits`"),
+        ("[[limit]]\ncounter = \"fps\"\nharsh = { max = 1 }\n", "b.toml:3: unknown field `harsh`"),
+        ("[[limit]]\ncounter = \"fps\"\nhard = { maximum = 1 }\n", "b.toml:3: unknown field `maximum`"),
+        ("[[limit]]\ncounter = \"fps\"\n", "b.toml:1: the limit on fps has no rule"),
+        ("[[limit]]\ncounter = \"fps\"\nhard = {}\n", "b.toml:1: the limit on fps has no rule"),
+        ("[[limit]]\ncounter = \"fps\"\nhard = { max = nan }\n", "b.toml:3: a limit of NaN"),
+        ("[[limit]]\ncounter = \"fps\"\nhard = { max = inf }\n", "b.toml:3: a limit of inf"),
+        ("[[limit]]\ncounter = \"fps\"\nhard = { max_increase = -1 }\n", "b.toml:3: a change of -1"),
+        ("[[limit]]\ncounter = \"fps\"\nhard = { max_increase = \"5\" }\n", "b.toml:3: a change of '5'"),
+        ("[[limit]]\ncounter = \"fps\"\nhard = { max_increase = true }\n", "b.toml:3: expected a number"),
+        ("[[limit]]\nhard = { max = 1 }\n", "b.toml:1: missing field `counter`"),
+        ("[[limit]\n", "b.toml:1: "),
+    ];
+    for (text, expected) in cases {
+        let error = Budget::parse(text, "b.toml").expect_err(text).to_string();
+        assert!(error.starts_with(expected), "{text:?}: {error}");
+        assert!(error.contains("; "), "no remedy: {error}");
+    }
+}
+
+#[test]
+fn the_nearest_counter_is_suggested() {
+    let error = Budget::parse("[[limit]]\ncounter = \"frame_time\"\nhard = { max = 1 }\n", "b.toml")
+        .expect_err("unknown");
+    assert!(error.to_string().contains("'frame_time_ms'"), "{error}");
+}
+
+#[test]
+fn the_results_say_the_same_in_every_form() {
+    let checked: Checked = limit("max = 100, max_increase = \"10 %\"")
+        .check(&report(1.0, 120), Some(&report(1.0, 100)))
+        .expect("a check");
+    let table = text(&checked, Style::Plain);
+    assert!(table.contains("FAIL") && table.contains("+20.00 (+20.00 %)"), "{table}");
+    let json: serde_json::Value = serde_json::from_str(&json_text(&checked)).expect("JSON");
+    assert_eq!(json["passed"], false);
+    assert_eq!(json["hard_failures"], 2);
+    assert_eq!(json["rows"][1]["change_percent"], 20.0);
+    assert!(csv_text(&checked).contains("fail,hard,node_fetches,,max 100,120,fetches,100,20,20"));
+}
+
+#[test]
+fn the_published_budgets_are_budgets() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../configs/budgets");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).expect("the folder of budgets") {
+        let path = entry.expect("an entry").path();
+        let text = std::fs::read_to_string(&path).expect("a text");
+        Budget::parse(&text, &path.display().to_string()).expect("a budget");
+        count += 1;
+    }
+    assert!(count > 0);
+}
