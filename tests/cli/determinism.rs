@@ -49,9 +49,9 @@ fn a_replay_equals_the_profile_for_every_traversal_and_layout() {
     for traversal in tracer::Traversal::ALL {
         let frame =
             ["--size", "100x70", "--accel", traversal.accel().name(), "--traversal", traversal.name()];
-        raybudget(["trace", "soup", "-o", arg(&trace)].iter().chain(&frame)).ok();
+        raybudget(["trace", "cornell", "-o", arg(&trace)].iter().chain(&frame)).ok();
         for layout in ["padded", "compact", "split"] {
-            let profile = answer(&[&["profile", "soup", "--layout", layout][..], &frame].concat());
+            let profile = answer(&[&["profile", "cornell", "--layout", layout][..], &frame].concat());
             let replay = answer(&["replay", arg(&trace), "--layout", layout]);
             assert_same(&replay, &profile, &format!("{traversal:?}, {layout}"));
         }
