@@ -165,6 +165,14 @@ fn a_collinear_triangle_is_missed() {
     check(&[triangle], &[ray]);
 }
 
+#[test]
+fn real_scenes_give_the_hits_of_the_loop() {
+    for (name, each) in [("CornellBox-Water", 3000), ("sponza_dabrovic_66k", 300)] {
+        let Some(triangles) = real_scene(name) else { continue };
+        check(&triangles, &rays(&triangles, each, 21));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 

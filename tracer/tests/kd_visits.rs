@@ -64,7 +64,8 @@ fn check(traversals: &Traversals, ray: &Ray, query: Query) {
     }
     let mut down: Vec<_> = logs[BACKTRACK].of(Op::Node).collect();
     let mut of_stack: Vec<_> = logs[STACK].of(Op::Node).collect();
-    (down.sort_unstable(), of_stack.sort_unstable());
+    down.sort_unstable();
+    of_stack.sort_unstable();
     assert_eq!(down, of_stack, "backtracking descends through each node of the stack traversal once");
 }
 
@@ -73,9 +74,9 @@ fn a_leaf_at_the_root_is_fetched_once() {
     let traversals = Traversals::new(&soup(1, 1), &KdOptions::MOBILE);
     let target = soup(1, 1)[0].v.iter().sum::<Vec3>() / 3.0;
     let ray = Ray::new(Vec3::splat(5.0), target - Vec3::splat(5.0));
-    for name in 0..NAMES.len() {
+    for (name, title) in NAMES.iter().enumerate() {
         let log = log(&traversals, name, &ray, Query::Closest);
-        assert_eq!(log.steps, [(Op::Node, 0), (Op::Primitive, 0)], "{}", NAMES[name]);
+        assert_eq!(log.steps, [(Op::Node, 0), (Op::Primitive, 0)], "{title}");
     }
 }
 
