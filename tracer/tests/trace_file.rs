@@ -1,0 +1,156 @@
+//! Does a trace file give back what was recorded, and is every kind of damage noticed?
+
+use glam::Vec3;
+use std::path::Path;
+use tracer::{
+    AccelerationStructure, BuildOptions, EncodedTile, Error, FrameTracer, Rays, SceneIdentity, Tile,
+    TileSource, TraceFile, TraceWriter, Traversal, View,
+};
+
+fn with_tracer<R>(
+    traversal: Traversal,
+    width: u32,
+    height: u32,
+    use_it: impl FnOnce(&FrameTracer) -> R,
+) -> R {
+    let scene = scenes::builtin("cornell").expect("a built-in scene");
+    let triangles = scene.triangles();
+    let options = BuildOptions::default();
+    let structure = AccelerationStructure::build(&triangles, traversal, &options).expect("it builds");
+    let view = View::new(&scene.camera, width, height);
+    let scenes::Light::Point { position } = scene.lights[0];
+    let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
+    let rays = Rays::View { view, width, height };
+    use_it(&FrameTracer::new(&structure, &options, &triangles, identity, rays, vec![position]))
+}
+
+fn write(source: &impl TileSource, path: &Path) -> Result<u64, Error> {
+    let mut writer = TraceWriter::create(path, source.header(), source.topology())?;
+    let mut tile = Tile::default();
+    for index in 0..source.header().frame.tiles() {
+        source.tile(index, &mut tile)?;
+        writer.write_tile(&EncodedTile::new(&tile)?)?;
+    }
+    writer.finish(source.stalls())
+}
+
+/// Reads everything a replay would read.
+fn read_all(path: &Path) -> Result<(TraceFile, Vec<Tile>), Error> {
+    let file = TraceFile::open(path)?;
+    let tiles = (0..file.header().frame.tiles())
+        .map(|index| {
+            let mut tile = Tile::default();
+            file.tile(index, &mut tile).map(|()| tile)
+        })
+        .collect::<Result<_, _>>()?;
+    Ok((file, tiles))
+}
+
+#[test]
+fn what_was_recorded_comes_back_for_every_traversal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("cornell.rbt");
+    for traversal in Traversal::ALL {
+        with_tracer(traversal, 70, 41, |tracer| {
+            write(tracer, &path).expect("it is written");
+            let (file, tiles) = read_all(&path).expect("it is read");
+            assert_eq!(file.header(), tracer.header());
+            assert_eq!(file.topology(), tracer.topology());
+            let mut expected = Tile::default();
+            for (index, tile) in (0..).zip(&tiles) {
+                tracer.tile(index, &mut expected).expect("it is traced");
+                assert_eq!(*tile, expected, "tile {index} of {}", traversal.name());
+            }
+            let steps: usize = tiles.iter().flat_map(|tile| &tile.ray_sets).map(|set| set.steps.len()).sum();
+            assert_eq!(file.steps(), steps as u64);
+        });
+    }
+}
+
+#[test]
+fn every_corruption_of_a_single_byte_is_noticed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("small.rbt");
+    with_tracer(Traversal::BvhStack, 8, 8, |tracer| write(tracer, &path).expect("it is written"));
+    let good = std::fs::read(&path).expect("it is there");
+    read_all(&path).expect("the undamaged file reads");
+    let damaged = folder.path().join("damaged.rbt");
+    for position in 0..good.len() {
+        for flip in [0x01, 0x80, 0xff] {
+            let mut bytes = good.clone();
+            bytes[position] ^= flip;
+            std::fs::write(&damaged, &bytes).expect("it is written");
+            let error =
+                read_all(&damaged).err().unwrap_or_else(|| panic!("byte {position} ^ {flip:#x} passed"));
+            assert!(error.to_string().contains("damaged.rbt"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn every_truncation_and_every_extension_is_noticed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("small.rbt");
+    with_tracer(Traversal::KdPushDown { short_stack: 0 }, 8, 8, |tracer| {
+        write(tracer, &path).expect("it is written")
+    });
+    let good = std::fs::read(&path).expect("it is there");
+    let torn = folder.path().join("torn.rbt");
+    for length in 0..good.len() {
+        std::fs::write(&torn, &good[..length]).expect("it is written");
+        assert!(read_all(&torn).is_err(), "{length} of {} bytes passed", good.len());
+    }
+    std::fs::write(&torn, [&good[..], b"x"].concat()).expect("it is written");
+    assert!(read_all(&torn).is_err());
+}
+
+#[test]
+fn a_foreign_file_is_called_foreign() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("image.rbt");
+    std::fs::write(&path, b"\x89PNG\r\n\x1a\n and more than a hundred bytes of something that is no trace")
+        .expect("written");
+    let message = TraceFile::open(&path).err().expect("refused").to_string();
+    assert!(message.contains("not a raybudget trace") && message.contains("image.rbt"), "{message}");
+}
+
+#[test]
+fn a_writer_that_is_dropped_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().expect("a folder");
+    with_tracer(Traversal::BvhStack, 64, 64, |tracer| {
+        let path = folder.path().join("unfinished.rbt");
+        let mut writer = TraceWriter::create(&path, tracer.header(), tracer.topology()).expect("it opens");
+        let mut tile = Tile::default();
+        tracer.tile(0, &mut tile).expect("it is traced");
+        writer.write_tile(&EncodedTile::new(&tile).expect("it fits")).expect("it is written");
+    });
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
+}
+
+#[test]
+fn a_folder_that_does_not_exist_is_named() {
+    let message = with_tracer(Traversal::BvhStack, 8, 8, |tracer| {
+        write(tracer, Path::new("no/such/folder/t.rbt")).expect_err("refused").to_string()
+    });
+    assert!(message.contains("no/such/folder/t.rbt"), "{message}");
+}
+
+#[test]
+fn a_ray_list_is_cut_into_tiles_and_comes_back() {
+    let scene = scenes::builtin("cornell").expect("a built-in scene");
+    let triangles = scene.triangles();
+    let options = BuildOptions::default();
+    let structure =
+        AccelerationStructure::build(&triangles, Traversal::BvhStack, &options).expect("it builds");
+    let view = View::new(&scene.camera, 50, 50);
+    let rays: Vec<_> = (0..2500).map(|i| view.primary_ray(i % 50, i / 50)).collect();
+    let identity = || SceneIdentity { name: "list".to_owned(), hash: 1 };
+    let light = vec![Vec3::ZERO];
+    let list = FrameTracer::new(&structure, &options, &triangles, identity(), Rays::List(rays), light);
+    assert_eq!(list.header().frame.tiles(), 3);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("list.rbt");
+    write(&list, &path).expect("it is written");
+    let (_, tiles) = read_all(&path).expect("it is read");
+    assert_eq!(tiles.iter().map(|tile| tile.ray_sets[0].ends.len()).collect::<Vec<_>>(), [1024, 1024, 452]);
+}
