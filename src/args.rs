@@ -141,7 +141,7 @@ pub(crate) struct CheckArgs {
 pub(crate) struct CacheArgs {
     /// .din (Dinero: `0|1|2 hex-address`), .csv (`op,address,size`), or .u64 (raw little-endian).
     pub(crate) addresses: PathBuf,
-    /// The caches, one [[level]] table each, from the requester to memory.
+    /// The caches, one `level` table each, from the requester to memory.
     #[arg(long, value_name = "LEVELS.toml")]
     pub(crate) levels: PathBuf,
     /// Also give the misses of a fully associative LRU cache of every size, in lines of the first level.

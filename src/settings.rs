@@ -161,8 +161,8 @@ pub(crate) fn start_threads(threads: Option<u32>) -> anyhow::Result<()> {
 mod tests {
     use super::*;
 
-    fn settings(args: FrameArgs) -> Result<FrameSettings, String> {
-        FrameSettings::new(&args).map_err(|error| error.to_string())
+    fn settings(args: &FrameArgs) -> Result<FrameSettings, String> {
+        FrameSettings::new(args).map_err(|error| error.to_string())
     }
 
     fn sized(size: &str) -> Result<ImageSize, String> {
@@ -189,7 +189,7 @@ mod tests {
     fn options_of_another_traversal_are_refused() {
         let text = |text: &str| Some(text.to_owned());
         let refused = |args: FrameArgs, expected: &str| {
-            let error = settings(args).unwrap_err();
+            let error = settings(&args).unwrap_err();
             assert!(error.contains(expected), "{error}");
         };
         refused(FrameArgs { splits: text("perfect"), ..Default::default() }, "--accel kd");
@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn each_option_reaches_its_place() {
         let text = |text: &str| Some(text.to_owned());
-        let bvh = settings(FrameArgs {
+        let bvh = settings(&FrameArgs {
             traversal: text("restart-trail"),
             short_stack: Some(4),
             trail_bits: text("32"),
@@ -226,7 +226,7 @@ mod tests {
         assert_eq!(bvh.traversal, Traversal::BvhRestartTrail { bits: TrailBits::Bits32, short_stack: 4 });
         assert_eq!([bvh.build.traversal_cost, bvh.build.intersection_cost], [1.0, 2.0]);
         assert_eq!(bvh.size, ImageSize { width: 640, height: 480 });
-        let kd = settings(FrameArgs {
+        let kd = settings(&FrameArgs {
             accel: text("kd"),
             splits: text("perfect"),
             flat_cells: text("forbidden"),

@@ -14,7 +14,7 @@ pub fn write(report: &Report) -> String {
     text
 }
 
-/// Reads a report that [`write`] wrote; `file` names it in errors. Fields of later versions of schema 1 are passed over.
+/// Reads a report that [`write()`] wrote; `file` names it in errors. Fields of later versions of schema 1 are passed over.
 ///
 /// # Errors
 /// When the text is not JSON, of another schema, or not complete.

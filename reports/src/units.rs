@@ -77,37 +77,37 @@ fn separated(digits: &str) -> String {
 mod tests {
     use super::*;
 
-    fn shown(value: Value, unit: &str) -> String {
-        let (number, unit) = scaled(&value, unit).expect("a figure");
+    fn shown(value: &Value, unit: &str) -> String {
+        let (number, unit) = scaled(value, unit).expect("a figure");
         format!("{number} {unit}")
     }
 
     #[test]
     fn bytes_change_their_unit_at_powers_of_1024_and_not_one_byte_before() {
-        assert_eq!(shown(Value::Count(0), "B"), "0 B");
-        assert_eq!(shown(Value::Count(1023), "B"), "1023 B");
-        assert_eq!(shown(Value::Count(1024), "B"), "1.000 KiB");
-        assert_eq!(shown(Value::Count((1 << 20) - 1), "B"), "1,024 KiB");
-        assert_eq!(shown(Value::Count(1 << 20), "B"), "1.000 MiB");
+        assert_eq!(shown(&Value::Count(0), "B"), "0 B");
+        assert_eq!(shown(&Value::Count(1023), "B"), "1023 B");
+        assert_eq!(shown(&Value::Count(1024), "B"), "1.000 KiB");
+        assert_eq!(shown(&Value::Count((1 << 20) - 1), "B"), "1,024 KiB");
+        assert_eq!(shown(&Value::Count(1 << 20), "B"), "1.000 MiB");
     }
 
     #[test]
     fn rates_are_decimal() {
-        assert_eq!(shown(Value::Real(29.8e9), "B/s"), "29.80 GB/s");
-        assert_eq!(shown(Value::Real(999.0), "B/s"), "999.0 B/s");
+        assert_eq!(shown(&Value::Real(29.8e9), "B/s"), "29.80 GB/s");
+        assert_eq!(shown(&Value::Real(999.0), "B/s"), "999.0 B/s");
     }
 
     #[test]
     fn counts_keep_every_digit_and_reals_show_four() {
-        assert_eq!(shown(Value::Count(1_234_567), "fetches"), "1,234,567 ");
-        assert_eq!(shown(Value::Real(12.3456), "ms"), "12.35 ms");
-        assert_eq!(shown(Value::Real(-0.012_345_6), "ms"), "-0.01235 ms");
-        assert_eq!(shown(Value::Real(1e-9), "ms"), "1.000e-9 ms");
+        assert_eq!(shown(&Value::Count(1_234_567), "fetches"), "1,234,567 ");
+        assert_eq!(shown(&Value::Real(12.3456), "ms"), "12.35 ms");
+        assert_eq!(shown(&Value::Real(-0.012_345_6), "ms"), "-0.01235 ms");
+        assert_eq!(shown(&Value::Real(1e-9), "ms"), "1.000e-9 ms");
     }
 
     #[test]
     fn ratios_are_shown_in_percent() {
-        assert_eq!(shown(Value::Real(0.123_45), "ratio"), "12.35 %");
+        assert_eq!(shown(&Value::Real(0.123_45), "ratio"), "12.35 %");
     }
 
     #[test]

@@ -87,7 +87,8 @@ fn a_report_keeps_to_the_published_schema() {
 fn the_schema_refuses_what_is_not_a_report() {
     let validator = validator();
     let good = as_json(&report());
-    let breaks: [(&str, fn(&mut Json)); 9] = [
+    type Break = fn(&mut Json);
+    let breaks: [(&str, Break); 9] = [
         ("another schema", |report| report["schema"] = json!(2)),
         ("a missing part", |report| drop(report.as_object_mut().expect("an object").remove("counters"))),
         ("a missing input", |report| {

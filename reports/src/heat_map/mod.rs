@@ -2,7 +2,7 @@
 //!
 //! The scale starts at 0 and is linear. It ends at a stated percentile of the values, so that a few extreme pixels do
 //! not flatten the rest; pixels above it take the last colour, and the caption says how many they are. Colours come
-//! from [`ramp`]: perceptually ordered and safe for the colour-blind.
+//! from viridis: perceptually ordered and safe for the colour-blind.
 
 mod canvas;
 mod font;
