@@ -136,17 +136,19 @@ fn hits_are_shaded_once_and_only_where_they_are() {
 
 #[test]
 fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
-    let primary: Vec<MockRay> = (0..32).map(|ray| (vec![(Op::Node, 0)], ray)).collect();
+    let hit = |ray: u32| if ray < 6 { ray } else { NO_HIT };
+    let primary: Vec<MockRay> = (0..32).map(|ray| (vec![(Op::Node, 0)], hit(ray))).collect();
     let mut source = Recorded::list(Accel::Bvh, "stack", 64, &primary);
     source.header.ray_sets.push(RayKind::Shadow);
+    // The shadow ray of pixel 5 misses the box of the scene: it takes no step.
     let shadow: Vec<MockRay> = (0..32_u32)
         .map(|ray| (if ray < 5 { vec![(Op::Node, 1), (Op::Node, 2)] } else { Vec::new() }, NO_HIT))
         .collect();
     source.tiles[0].ray_sets.push(ray_set(&shadow));
     let counters = run(&source);
-    assert_eq!((counters.primary.issue.rays, counters.shadow.issue.rays), (32, 5));
+    assert_eq!((counters.primary.issue.rays, counters.shadow.issue.rays), (32, 6));
     assert_eq!((counters.primary.issue.node_fetches, counters.shadow.issue.node_fetches), (32, 10));
-    assert_eq!(counters.total().issue.rays, 37);
+    assert_eq!(counters.total().issue.rays, 38);
 }
 
 #[test]

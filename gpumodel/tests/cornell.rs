@@ -49,19 +49,22 @@ impl Traced {
         FrameTracer::new(&self.structure, &options, &self.triangles, identity, rays, self.lights.clone())
     }
 
-    /// Work of all rays, counted without a trace.
-    fn work(&self) -> tracer::Work {
+    /// Work of all rays and their number, counted without a trace.
+    fn work(&self) -> (tracer::Work, u64) {
+        let mut rays = 0;
         let mut counter = WorkCounter::new(self.structure.traversal().node_fetch());
         for (y, x) in (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (y, x))) {
             let ray = self.view().primary_ray(x, y);
             let hit = self.structure.trace(&ray, Query::Closest, &mut counter);
+            rays += 1;
             for &light in self.lights.iter().filter(|_| hit.is_hit()) {
                 let triangle = &self.triangles[hit.primitive as usize];
                 let shadow = shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
                 self.structure.trace(&shadow, Query::Any, &mut counter);
+                rays += 1;
             }
         }
-        counter.work()
+        (counter.work(), rays)
     }
 }
 
@@ -73,10 +76,11 @@ fn on_threads(threads: usize, run: impl FnOnce() -> Replayed + Send) -> Replayed
 fn every_traversal_and_layout_counts_the_work_of_the_tracer() {
     for traversal in Traversal::ALL {
         let traced = Traced::new(traversal);
-        let work = traced.work();
+        let (work, rays) = traced.work();
         for layout in PrimitiveLayout::ALL {
             let replayed = replay(&traced.frame(), &config(layout), &|_, _| {}).expect("a real trace");
             let total = replayed.counters.total().issue;
+            assert_eq!(total.rays, rays, "{traversal:?} {layout:?}");
             assert_eq!(total.node_fetches, work.node_fetches, "{traversal:?} {layout:?}");
             assert_eq!(total.primitive_tests, work.primitive_tests, "{traversal:?} {layout:?}");
             assert_eq!(total.restarts, work.restarts, "{traversal:?} {layout:?}");

@@ -60,6 +60,8 @@ pub struct SharedCosts {
 pub struct TraversalCosts {
     /// Registers of four words per lane, a short stack's not among them.
     pub registers: u32,
+    /// Before the first step.
+    pub start: Cost,
     /// [`tracer::Op::Node`].
     pub node: Cost,
     /// [`tracer::Op::Up`].
@@ -104,6 +106,7 @@ struct SharedFile {
 #[serde(deny_unknown_fields)]
 struct TraversalFile {
     registers: RegistersFile,
+    start: CostFile,
     node: CostFile,
     up: CostFile,
     restart: CostFile,
@@ -212,6 +215,7 @@ fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<Tr
     }
     Ok(TraversalCosts {
         registers,
+        start: cost("start", &raw.start)?,
         node: cost("node", &raw.node)?,
         up: cost("up", &raw.up)?,
         restart: cost("restart", &raw.restart)?,

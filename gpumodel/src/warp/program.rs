@@ -81,8 +81,8 @@ impl<'a> Program<'a> {
             step_costs,
             sibling_cost: shared.address.times(buffers.node_reads.loads),
             trip: shared.trip,
-            primary_setup: sum(&[shared.camera_ray, shared.ray_setup]),
-            shadow_setup: sum(&[shared.shadow_ray, shared.ray_setup]),
+            primary_setup: sum(&[shared.camera_ray, shared.ray_setup, traversal.start]),
+            shadow_setup: sum(&[shared.shadow_ray, shared.ray_setup, traversal.start]),
             shade,
             output: shared.output,
             output_bytes: config.gpu.output.bytes_per_pixel,
@@ -173,9 +173,15 @@ impl<'a> TileReplay<'a> {
             let counters = &mut issue[pass as usize];
             work(&mut WarpBody { program, distinct, writer, counters, pass })
         };
-        let mut shaded = false;
+        let mut primary_hits: Option<&[u32]> = None;
         for (set, &kind) in tile.ray_sets.iter().zip(&program.header.ray_sets) {
-            let traced = || lanes().filter(|&(_, &ray)| !set.range(ray as usize).is_empty());
+            // A ray that misses the box of a kd-tree takes no step, and yet has been made.
+            let is_traced = |ray: u32| {
+                let has_steps = !set.range(ray as usize).is_empty();
+                let is_due = primary_hits.is_some_and(|hits| hits[ray as usize] != NO_HIT);
+                kind == RayKind::Primary || has_steps || is_due
+            };
+            let traced = || lanes().filter(|&(_, &ray)| is_traced(ray));
             let count = traced().count() as u32;
             let (pass, setup) = match kind {
                 RayKind::Primary => (Pass::Primary, program.primary_setup),
@@ -193,11 +199,11 @@ impl<'a> TileReplay<'a> {
                 })?;
             }
             // Shading comes between the primary ray and those that start at its hit.
-            if kind == RayKind::Primary && !shaded {
+            if kind == RayKind::Primary && primary_hits.is_none() {
                 let hits = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit != NO_HIT);
                 let hits: Vec<u32> = hits.collect();
                 part(Pass::Output, &mut |body| body.shade(&hits))?;
-                shaded = true;
+                primary_hits = Some(&set.hits);
             }
         }
         part(Pass::Output, &mut |body| {
