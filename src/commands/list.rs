@@ -36,7 +36,7 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                 let known = gpu.provenance();
                 rows.push(vec![
                     text(builtin.name),
-                    text(gpu.name()),
+                    gpu.identity.title.clone(),
                     known.measured.to_string(),
                     known.vendor.to_string(),
                     known.driver.to_string(),
@@ -93,7 +93,7 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                 .collect(),
         ),
         Listed::Layouts => table(
-            &["layout", "bytes per triangle to test", "bytes per triangle to shade"],
+            &["layout", "bytes per triangle", "bytes per triangle in a second buffer, for shading"],
             PrimitiveLayout::ALL
                 .into_iter()
                 .map(|layout| {
