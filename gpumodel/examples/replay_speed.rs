@@ -35,6 +35,15 @@ impl TileSource for Recorded {
     }
 }
 
+/// CPU time of all threads so far, in steps of 10 ms; Linux only.
+fn cpu_seconds() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let after_name = stat.rsplit_once(')')?.1;
+    let mut fields = after_name.split_whitespace().skip(11);
+    let mut ticks = || fields.next()?.parse::<f64>().ok();
+    Some((ticks()? + ticks()?) / 100.0)
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let argument = |index: usize, default: &str| arguments.get(index).map_or(default, |a| a).to_owned();
@@ -66,15 +75,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         primitive_layout: PrimitiveLayout::Padded,
         node_order: NodeOrder::DepthFirst,
     };
-    let start = Instant::now();
+    let (start, cpu_start) = (Instant::now(), cpu_seconds());
     let replayed = replay(&recorded, &config, &|_, _| {})?;
     let seconds = start.elapsed().as_secs_f64();
+    let cpu = cpu_seconds().zip(cpu_start).map(|(end, start)| end - start);
     let total = replayed.counters.total().issue;
     println!(
         "replay {seconds:.3} s, {:.1} M lane steps/s, {:.1} M lines/s",
         total.lane_steps as f64 / seconds / 1e6,
         total.line_accesses as f64 / seconds / 1e6
     );
+    if let Some(cpu) = cpu {
+        println!("replay {cpu:.2} CPU s, {:.1} M lane steps per CPU s", total.lane_steps as f64 / cpu / 1e6);
+    }
     println!("{total:#?}");
     let estimate = estimate(&replayed, &recorded.header, &recorded.topology, &config);
     for (counter, value) in estimate.frame.iter() {
