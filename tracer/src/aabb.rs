@@ -45,23 +45,41 @@ impl Aabb {
     }
 }
 
-/// A ray with what the slab test needs once per ray.
+/// Half thickness of a plane, in half-ulps of the largest distance from the ray's origin to the scene's box.
+const SLACK: f32 = 32.0 * f32::EPSILON / 2.0;
+
+/// Largest half thickness, as a share of the scene's largest extent. It is reached when the origin is some 8,000 extents away,
+/// where the hits themselves are uncertain by more; without it each such ray would visit the whole tree.
+const LARGEST_SLACK: f32 = 1.0 / 64.0;
+
+/// Half thickness that a ray from `origin` has to grant every plane inside `scene`.
+///
+/// It bounds the rounding of a plane's distance (3 roundings, at most 1.5 ulp) and that of the hit point of a triangle which is
+/// not seen edge on: the test of Moller & Trumbore accepts hits a few ulp outside the triangle, which a box without thickness
+/// would lose. The error follows the distance over which the ray is traced, not the distance of the box, so it is one figure
+/// per ray.
+pub(crate) fn plane_slack(origin: Vec3, scene: &Aabb) -> f32 {
+    let reach = (scene.min - origin).abs().max((scene.max - origin).abs()).max_element();
+    (SLACK * reach).min(LARGEST_SLACK * scene.extent().max_element()).max(0.0)
+}
+
+/// A ray with what the slab test of Williams et al. 2005 needs once per ray.
 ///
 /// Zero direction components become infinities of the same sign, as in IEEE division; the tests below are written for that. A NaN
-/// (origin on a slab plane, direction parallel to it: `0 * inf`) constrains nothing, on either plane alike: every comparison
-/// keeps the older bound when the new one is NaN.
+/// (a plane exactly at the origin, direction parallel to it: `0 * inf`) constrains nothing, on either plane alike: every
+/// comparison keeps the older bound when the new one is NaN.
+///
+/// Boxes are made thicker by [`plane_slack`] at no cost: entries are measured from an origin moved forward, exits from one
+/// moved back.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
-    origin: Vec3,
+    /// Per axis, the origin for the nearer and for the farther plane.
+    origins: [[f32; 2]; 3],
     /// Componentwise reciprocal of the direction.
     inverse: Vec3,
     /// Per axis, 1 where the reciprocal is negative, so that the upper plane is the nearer one.
     negative: [usize; 3],
 }
-
-/// Far distances are widened by 2 ulp, so that rounding cannot make the test miss a box that the exact ray touches
-/// (Ize 2013, "Robust BVH Ray Traversal").
-pub const FAR_WIDENING: f32 = 1.000_000_24;
 
 /// The larger one; `current` when `candidate` is NaN.
 #[inline(always)]
@@ -70,28 +88,35 @@ fn larger(candidate: f32, current: f32) -> f32 {
 }
 
 impl SlabRay {
-    /// Prepares a ray.
+    /// Prepares a ray through `scene`, the box around all boxes that it will be tested against.
     #[inline]
-    pub fn new(ray: &Ray) -> Self {
+    pub fn new(ray: &Ray, scene: &Aabb) -> Self {
+        let slack = plane_slack(ray.origin, scene);
         let inverse = ray.direction.recip();
         let negative = inverse.to_array().map(|inverse| usize::from(inverse.is_sign_negative()));
-        Self { origin: ray.origin, inverse, negative }
+        let origins = std::array::from_fn(|axis| {
+            let origin = ray.origin[axis];
+            // At least one step, where the slack is lost in the rounding of a large coordinate.
+            let low = (origin - slack).min(origin.next_down());
+            let high = (origin + slack).max(origin.next_up());
+            if negative[axis] == 1 { [low, high] } else { [high, low] }
+        });
+        Self { origins, inverse, negative }
     }
 
     /// Entry and exit distance of a box, clipped to `[t_min, t_max]`; the box is hit where entry <= exit.
     #[inline(always)]
     pub fn entry_exit(&self, bounds: &Aabb, t_min: f32, t_max: f32) -> (f32, f32) {
-        let mut near = t_min;
-        let mut far = t_max;
+        let mut entry = t_min;
+        let mut exit = t_max;
         for axis in 0..3 {
-            let (lo, hi) = (bounds.min[axis], bounds.max[axis]);
-            let (first, second) = if self.negative[axis] == 1 { (hi, lo) } else { (lo, hi) };
-            let t0 = (first - self.origin[axis]) * self.inverse[axis];
-            let t1 = (second - self.origin[axis]) * self.inverse[axis];
-            near = larger(t0, near);
-            far = -larger(-t1, -far);
+            let (low, high) = (bounds.min[axis], bounds.max[axis]);
+            let (near, far) = if self.negative[axis] == 1 { (high, low) } else { (low, high) };
+            let [near_origin, far_origin] = self.origins[axis];
+            entry = larger((near - near_origin) * self.inverse[axis], entry);
+            exit = -larger(-((far - far_origin) * self.inverse[axis]), -exit);
         }
-        (near, far * FAR_WIDENING)
+        (entry, exit)
     }
 
     /// [`SlabRay::entry_exit`] of two boxes at once: entry and exit of the left one, then of the right one, bit for bit as
@@ -103,16 +128,18 @@ impl SlabRay {
     pub(crate) fn entry_exit_pair(&self, planes: &[f32; 12], t_min: f32, t_max: f32) -> (f32, f32, f32, f32) {
         let mut lanes = [t_min, t_min, -t_max, -t_max];
         for axis in 0..3 {
-            let nearer = 4 * axis + 2 * self.negative[axis];
-            let farther = 4 * axis + 2 - 2 * self.negative[axis];
-            let plane = [planes[nearer], planes[nearer + 1], planes[farther], planes[farther + 1]];
-            let (origin, inverse) = (self.origin[axis], self.inverse[axis]);
+            let near = 4 * axis + 2 * self.negative[axis];
+            let far = 4 * axis + 2 - 2 * self.negative[axis];
+            let plane = [planes[near], planes[near + 1], planes[far], planes[far + 1]];
+            let [near_origin, far_origin] = self.origins[axis];
+            let origin = [near_origin, near_origin, far_origin, far_origin];
+            let inverse = self.inverse[axis];
             let scale = [inverse, inverse, -inverse, -inverse];
             for lane in 0..4 {
-                lanes[lane] = larger((plane[lane] - origin) * scale[lane], lanes[lane]);
+                lanes[lane] = larger((plane[lane] - origin[lane]) * scale[lane], lanes[lane]);
             }
         }
-        (lanes[0], -lanes[2] * FAR_WIDENING, lanes[1], -lanes[3] * FAR_WIDENING)
+        (lanes[0], -lanes[2], lanes[1], -lanes[3])
     }
 }
 
@@ -132,7 +159,8 @@ mod tests {
             let mut point = || Vec3::new(pick(), pick(), pick());
             let (origin, direction) = (point(), point());
             let boxes = [Aabb { min: point(), max: point() }, Aabb { min: point(), max: point() }];
-            let slab = SlabRay::new(&Ray::new(origin, direction));
+            let scene = boxes[0].union(boxes[1]);
+            let slab = SlabRay::new(&Ray::new(origin, direction), &scene);
             let mut planes = [0.0; 12];
             for axis in 0..3 {
                 for (side, bounds) in boxes.iter().enumerate() {
@@ -157,11 +185,11 @@ mod tests {
         for zero in [0.0, -0.0] {
             for x in [0.0, 1.0] {
                 let ray = Ray::new(Vec3::new(x, 0.5, -1.0), Vec3::new(zero, zero, 1.0));
-                let (near, far) = SlabRay::new(&ray).entry_exit(&bounds, 0.0, f32::INFINITY);
+                let (near, far) = SlabRay::new(&ray, &bounds).entry_exit(&bounds, 0.0, f32::INFINITY);
                 assert!(near <= far, "x = {x}, direction {zero:?}");
             }
-            let beside = Ray::new(Vec3::new(1.0_f32.next_up(), 0.5, -1.0), Vec3::new(zero, zero, 1.0));
-            let (near, far) = SlabRay::new(&beside).entry_exit(&bounds, 0.0, f32::INFINITY);
+            let beside = Ray::new(Vec3::new(1.0 + 4.0 * SLACK, 0.5, -1.0), Vec3::new(zero, zero, 1.0));
+            let (near, far) = SlabRay::new(&beside, &bounds).entry_exit(&bounds, 0.0, f32::INFINITY);
             assert!(!(near <= far));
         }
     }

@@ -6,7 +6,7 @@
 
 use super::leaf;
 use super::tree::{Bvh, NodeRef};
-use crate::aabb::{FAR_WIDENING, SlabRay};
+use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 
@@ -84,12 +84,13 @@ pub fn trace<O: Observer>(
     observer: &mut O,
 ) -> Hit {
     assert!(bvh.depth <= bits.max_depth() && short_stack <= MAX_SHORT_STACK);
-    let slab = SlabRay::new(ray);
+    let slab = SlabRay::new(ray, &bvh.root_bounds);
     let mut best = Hit::miss(ray.t_max);
     observer.step(Op::Node, 0);
     observer.box_tests(1);
     let (near, far) = slab.entry_exit(&bvh.root_bounds, ray.t_min, best.t);
-    if !(near <= far) {
+    let meets_scene = near <= far;
+    if !meets_scene {
         return best;
     }
 
@@ -153,7 +154,7 @@ pub fn trace<O: Observer>(
             };
             observer.step(Op::Pop, slot);
             above = popped_level;
-            if entry <= best.t * FAR_WIDENING {
+            if entry <= best.t {
                 node = popped;
                 break;
             }

@@ -2,7 +2,7 @@
 
 use super::leaf;
 use super::tree::{Bvh, NodeRef};
-use crate::aabb::{FAR_WIDENING, SlabRay};
+use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use std::mem::MaybeUninit;
@@ -27,12 +27,13 @@ pub fn trace<O: Observer>(bvh: &Bvh, ray: &Ray, query: Query, observer: &mut O) 
 
 #[inline(never)]
 fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> Hit {
-    let slab = SlabRay::new(ray);
+    let slab = SlabRay::new(ray, &bvh.root_bounds);
     let mut best = Hit::miss(ray.t_max);
     observer.step(Op::Node, 0);
     observer.box_tests(1);
     let (near, far) = slab.entry_exit(&bvh.root_bounds, ray.t_min, best.t);
-    if !(near <= far) {
+    let meets_scene = near <= far;
+    if !meets_scene {
         return best;
     }
 
@@ -75,7 +76,7 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
             observer.step(Op::Pop, top as u32);
             // SAFETY: entries below the old `top` were written by the push above.
             let popped = unsafe { stack.get_unchecked(top).assume_init_read() };
-            if popped.entry <= best.t * FAR_WIDENING {
+            if popped.entry <= best.t {
                 node = popped.node;
                 break;
             }

@@ -3,10 +3,8 @@
 //! In exact arithmetic the cells that a ray meets follow each other with intervals that touch. In f32 that is not enough: a
 //! ray through a corner or along a plane meets cells of no length, a plane in a face makes a cell of no thickness, and the
 //! triangle test of Moller & Trumbore itself accepts hits a few ulp outside the triangle. A traversal that steps over such a
-//! cell loses what only that cell refers to. So every plane is taken to be a slab of half thickness
-//! `SLACK * (largest distance from the origin to the scene's box)`, which bounds both the rounding of a plane's distance (3 roundings, at
-//! most 1.5 ulp) and that of the hit point of a triangle which is not seen edge on. A plane then gives an interval `[low, high]`
-//! of the ray parameter: the near child ends at `high`, the far one begins at `low`, and a cell belongs to the ray when its
+//! cell loses what only that cell refers to. So every plane is taken to be a slab, whose half thickness [`plane_slack`] gives. A
+//! plane then gives an interval `[low, high]` of the ray parameter: the near child ends at `high`, the far one begins at `low`, and a cell belongs to the ray when its
 //! interval is not empty. Cells are visited depth first, near child first. Every traversal visits just these, in that order.
 //!
 //! A hit ends the search only before the slab in which the next cell begins: beyond it a triangle may be nearer by rounding, or
@@ -17,16 +15,9 @@
 //! that are computed again (from a cell's box, or on a new descent) are equal bit by bit.
 
 use super::tree::KdTree;
-use crate::aabb::Aabb;
+use crate::aabb::{Aabb, plane_slack};
 use crate::observe::Observer;
 use crate::ray::{Hit, Ray};
-
-/// Half thickness of a plane: 32 half-ulp of the largest distance from the ray's origin to the scene's box.
-const SLACK: f32 = 32.0 * f32::EPSILON / 2.0;
-
-/// Largest half thickness, as a share of the scene's largest extent. It is reached when the origin is some 30,000 extents away,
-/// where the hits themselves are uncertain by more; without it each such ray would visit the whole tree.
-const LARGEST_SLACK: f32 = 1.0 / 64.0;
 
 /// Direction components below this share of the largest one are replaced by it, so that reciprocals stay finite.
 /// Over the length of a scene that moves the ray by at most a 500th of the slack.
@@ -36,7 +27,7 @@ const SMALLEST_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
 struct Axis {
     origin: f32,
     inverse: f32,
-    /// [`SLACK`] as a distance along the ray.
+    /// The slack as a distance along the ray.
     slack: f32,
     /// 1 where the ray goes down, so that the upper child is the nearer one; else 0.
     near: u32,
@@ -80,15 +71,13 @@ impl PlaneRay {
     /// of origin or direction that is not finite, a direction of zero, `t_min > t_max`, NaN).
     pub(super) fn new<O: Observer>(tree: &KdTree, ray: &Ray, observer: &mut O) -> Option<(Self, Interval)> {
         observer.box_tests(1);
-        let Aabb { min, max } = tree.bounds;
         let largest = ray.direction.abs().max_element();
         let can_hit =
             ray.origin.is_finite() & ray.direction.is_finite() & (largest > 0.0) & (ray.t_min <= ray.t_max);
         if !can_hit || tree.triangles.is_empty() {
             return None;
         }
-        let reach = (min - ray.origin).abs().max((max - ray.origin).abs()).max_element();
-        let slack = (SLACK * reach).min(LARGEST_SLACK * (max - min).max_element());
+        let slack = plane_slack(ray.origin, &tree.bounds);
         let smallest = largest * SMALLEST_COMPONENT;
         let axes = [0, 1, 2].map(|axis| {
             let direction = ray.direction[axis];

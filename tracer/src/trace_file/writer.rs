@@ -66,9 +66,12 @@ impl TraceWriter {
     /// When the folder cannot be written to or is full.
     pub fn create(path: &Path, header: &TraceHeader, topology: &Topology) -> Result<Self, Error> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let temporary = tempfile::Builder::new()
-            .prefix(".raybudget-")
-            .suffix(".rbt.part")
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".raybudget-").suffix(".rbt.part");
+        // Temporary files are private by default; a finished trace is an ordinary file, subject to the user's mask.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let temporary = builder
             .tempfile_in(folder)
             .map_err(|source| io_error(path, "creating a file beside it", source))?;
         let mut writer = Self {
