@@ -1,0 +1,7 @@
+//! GPU descriptions and shader cost tables.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|text: &str| {
+    drop(gpumodel::Gpu::parse(text, "fuzz.toml"));
+    drop(gpumodel::ShaderCosts::parse(text, "fuzz.toml"));
+});
