@@ -4,9 +4,8 @@ use crate::meter::timed;
 use crate::progress::Progress;
 use crate::settings::FrameSettings;
 use anyhow::bail;
-use reports::{LeftOut, SceneFacts};
 use scenes::{Light, Scene, Triangle};
-use tracer::{AccelerationStructure, FrameTracer, Ray, Rays, SceneIdentity, View};
+use tracer::{AccelerationStructure, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks, View};
 
 /// A scene with the structure built over it.
 pub(crate) struct Frame {
@@ -58,17 +57,14 @@ impl Frame {
         };
         let identity = SceneIdentity { name: self.scene.name.clone(), hash: self.scene.hash() };
         FrameTracer::new(&self.structure, &self.settings.build, &self.triangles, identity, rays, lights)
+            .with_remarks(self.remarks())
     }
 
-    /// What a report says of the scene.
-    pub(crate) fn facts(&self) -> SceneFacts {
-        let needs = self.scene.needs();
-        SceneFacts {
-            left_out: needs
-                .left_out()
-                .into_iter()
-                .map(|entry| LeftOut { what: entry.what.to_owned(), why: entry.why })
-                .collect(),
+    /// What a report should say of the scene.
+    fn remarks(&self) -> SceneRemarks {
+        let omission = |entry: scenes::LeftOut| Omission { what: entry.what.to_owned(), why: entry.why };
+        SceneRemarks {
+            left_out: self.scene.needs().left_out().into_iter().map(omission).collect(),
             notes: self.scene.notes.iter().map(|note| note.text().to_owned()).collect(),
         }
     }

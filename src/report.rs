@@ -6,9 +6,9 @@ use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
 use crate::progress::Progress;
 use gpumodel::HeatMap;
-use reports::{Fidelity, Hashes, Inputs, Report, Run, SceneFacts, csv_table, heat_map, json, text};
+use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
 use std::path::Path;
-use tracer::{Frame, TileSource, TraceHeader};
+use tracer::{Frame, Omission, SceneRemarks, TileSource, TraceHeader};
 
 /// Pixels above this percentile share the heat map's last colour.
 const HEAT_MAP_PERCENTILE: f64 = 99.5;
@@ -28,7 +28,6 @@ pub(crate) struct Before {
 /// Replays all tiles and reports what they cost.
 pub(crate) fn answer<S: TileSource>(
     source: &S,
-    scene: SceneFacts,
     machine: &Machine,
     before: &Before,
     meter: &Meter,
@@ -40,7 +39,7 @@ pub(crate) fn answer<S: TileSource>(
     drop(progress);
     let replayed = replayed?;
     let estimate = gpumodel::estimate(&replayed, header, source.topology(), &machine.config);
-    let mut scene = scene;
+    let mut scene = facts(header);
     let stalls = replayed.counters.stalls;
     if stalls > 0 {
         scene
@@ -60,6 +59,13 @@ pub(crate) fn answer<S: TileSource>(
     let tool = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
     let report = Report::new(tool, inputs(header, machine), scene, &estimate, run);
     Ok(Answer { report, node_fetches: replayed.node_fetches })
+}
+
+/// What the trace says of its scene.
+fn facts(header: &TraceHeader) -> SceneFacts {
+    let SceneRemarks { left_out, notes } = header.remarks.clone();
+    let left_out = left_out.into_iter().map(|Omission { what, why }| LeftOut { what, why });
+    SceneFacts { left_out: left_out.collect(), notes }
 }
 
 fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {

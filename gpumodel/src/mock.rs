@@ -57,6 +57,7 @@ impl Recorded {
             trail_bits: None,
             sah_costs: [3.0, 1.5],
             depth: leaves.ilog2(),
+            remarks: tracer::SceneRemarks::default(),
         };
         let tiles = rays.chunks(TILE_RAYS as usize).map(|rays| Tile { ray_sets: vec![ray_set(rays)] });
         Self { header, topology: complete_tree(leaves), tiles: tiles.collect() }

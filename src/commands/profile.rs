@@ -28,5 +28,5 @@ pub(super) fn profile(
 ) -> anyhow::Result<Answer> {
     let frame = Frame::build(scene, settings)?;
     let before = Before { load_s: frame.load_s, build_s: Some(frame.build_s) };
-    report::answer(&frame.tracer(None), frame.facts(), machine, &before, meter)
+    report::answer(&frame.tracer(None), machine, &before, meter)
 }

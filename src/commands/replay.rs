@@ -7,7 +7,6 @@ use crate::machine::Machine;
 use crate::meter::{Meter, timed};
 use crate::report::{self, Before};
 use crate::settings::start_threads;
-use reports::SceneFacts;
 use tracer::TraceFile;
 
 pub(crate) fn run(args: &ReplayArgs, meter: &Meter) -> anyhow::Result<Outcome> {
@@ -17,7 +16,7 @@ pub(crate) fn run(args: &ReplayArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let trace = trace?;
     let files = open_report_files(&args.report)?;
     let before = Before { load_s, build_s: None };
-    let answer = report::answer(&trace, SceneFacts::default(), &machine, &before, meter)?;
+    let answer = report::answer(&trace, &machine, &before, meter)?;
     deliver(&answer, files, args.report.format)?;
     Ok(Outcome::Done)
 }

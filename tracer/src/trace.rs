@@ -219,6 +219,26 @@ impl Observer for Recorder<'_> {
     }
 }
 
+/// What a report should say of a scene although its steps do not show it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneRemarks {
+    /// What the scene needs and the traced rays do not do.
+    pub left_out: Vec<Omission>,
+    /// What was missing, assumed or noticed when the scene was loaded, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// One thing that the traced rays do not do.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Omission {
+    /// What.
+    pub what: String,
+    /// Why, and how much of the scene it touches.
+    pub why: String,
+}
+
 /// What a trace is a trace of, and how its steps are to be read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -253,6 +273,9 @@ pub struct TraceHeader {
     pub sah_costs: [f64; 2],
     /// Longest path from the root, in edges.
     pub depth: u32,
+    /// What a report should say of the scene.
+    #[serde(default)]
+    pub remarks: SceneRemarks,
 }
 
 impl TraceHeader {

@@ -4,7 +4,7 @@ use crate::accel::{AccelerationStructure, BuildOptions};
 use crate::error::Error;
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
-use crate::trace::{Frame, RayKind, Recorder, Tile, TileSource, TraceHeader};
+use crate::trace::{Frame, RayKind, Recorder, SceneRemarks, Tile, TileSource, TraceHeader};
 use crate::view::{View, shadow_ray};
 use glam::Vec3;
 use scenes::Triangle;
@@ -86,9 +86,17 @@ impl<'a> FrameTracer<'a> {
             trail_bits: TraceHeader::trail_bits(traversal),
             sah_costs: [options.traversal_cost, options.intersection_cost],
             depth: structure.depth(),
+            remarks: SceneRemarks::default(),
         };
         let topology = structure.topology();
         Self { structure, triangles, rays, lights, header, topology, stalls: AtomicU64::new(0) }
+    }
+
+    /// The same tracer, its header with these remarks.
+    #[must_use]
+    pub fn with_remarks(mut self, remarks: SceneRemarks) -> Self {
+        self.header.remarks = remarks;
+        self
     }
 
     /// Traces every ray of a tile; `primary_hit` sees each ray's number (row-major over the frame) and its hit.

@@ -83,7 +83,12 @@ impl TraceWriter {
             tiles: header.frame.tiles(),
         };
         let text = serde_json::to_vec(header).expect("a header of numbers and strings becomes JSON");
-        assert!(text.len() <= MAX_HEADER_BYTES as usize);
+        if text.len() > MAX_HEADER_BYTES as usize {
+            return Err(Error::Options(format!(
+                "a trace header of {} bytes, at most {MAX_HEADER_BYTES} fit; shorten the scene's name and remarks",
+                text.len()
+            )));
+        }
         let mut head = MAGIC.to_vec();
         head.extend((text.len() as u32).to_le_bytes());
         head.extend(text);
