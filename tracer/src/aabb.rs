@@ -48,19 +48,46 @@ impl Aabb {
 /// Half thickness of a plane, in half-ulps of the largest distance from the ray's origin to the scene's box.
 const SLACK: f32 = 32.0 * f32::EPSILON / 2.0;
 
-/// Largest half thickness, as a share of the scene's largest extent. It is reached when the origin is some 8,000 extents away,
-/// where the hits themselves are uncertain by more; without it each such ray would visit the whole tree.
-const LARGEST_SLACK: f32 = 1.0 / 64.0;
+/// Largest half thickness, as a share of the extent of the middle one of the scene's triangles by extent.
+const LARGEST_SLACK: f32 = 1.0 / 16.0;
 
-/// Half thickness that a ray from `origin` has to grant every plane inside `scene`.
+/// How thick a ray has to take the planes of a tree, boxes and splits alike, to find what brute force finds.
 ///
-/// It bounds the rounding of a plane's distance (3 roundings, at most 1.5 ulp) and that of the hit point of a triangle which is
-/// not seen edge on: the test of Moller & Trumbore accepts hits a few ulp outside the triangle, which a box without thickness
-/// would lose. The error follows the distance over which the ray is traced, not the distance of the box, so it is one figure
-/// per ray.
-pub(crate) fn plane_slack(origin: Vec3, scene: &Aabb) -> f32 {
-    let reach = (scene.min - origin).abs().max((scene.max - origin).abs()).max_element();
-    (SLACK * reach).min(LARGEST_SLACK * scene.extent().max_element()).max(0.0)
+/// The thickness bounds the rounding of a plane's distance (3 roundings, at most 1.5 ulp) and that of the hit point of a triangle
+/// which is not seen edge on: the test of Moller & Trumbore accepts hits a few ulp outside the triangle, which a cell without
+/// thickness would lose. The error follows the distance over which the ray is traced, so it is one figure per ray. Where
+/// that distance is so large that the planes would grow as thick as triangles are wide (the origin, or one far triangle, 60,000
+/// triangles away) it is capped: hits are uncertain by more there, and each ray would visit the whole tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneSlack {
+    scene: Aabb,
+    largest: f32,
+}
+
+impl PlaneSlack {
+    /// The rule for a tree over triangles with these boxes.
+    pub(crate) fn new(boxes: &[Aabb]) -> Self {
+        let scene = boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
+        let mut extents: Vec<f32> = boxes.iter().map(|bounds| bounds.extent().max_element()).collect();
+        let middle = extents.len() / 2;
+        let largest = match extents.get(middle) {
+            Some(_) => LARGEST_SLACK * *extents.select_nth_unstable_by(middle, f32::total_cmp).1,
+            None => 0.0,
+        };
+        Self { scene, largest }
+    }
+
+    /// The box around all triangles.
+    pub fn scene(&self) -> &Aabb {
+        &self.scene
+    }
+
+    /// Half the thickness of every plane for a ray from `origin`.
+    pub fn at(&self, origin: Vec3) -> f32 {
+        let Aabb { min, max } = self.scene;
+        let reach = (min - origin).abs().max((max - origin).abs()).max_element();
+        (SLACK * reach).min(self.largest)
+    }
 }
 
 /// A ray with what the slab test of Williams et al. 2005 needs once per ray.
@@ -69,7 +96,7 @@ pub(crate) fn plane_slack(origin: Vec3, scene: &Aabb) -> f32 {
 /// (a plane exactly at the origin, direction parallel to it: `0 * inf`) constrains nothing, on either plane alike: every
 /// comparison keeps the older bound when the new one is NaN.
 ///
-/// Boxes are made thicker by [`plane_slack`] at no cost: entries are measured from an origin moved forward, exits from one
+/// Boxes are made thicker by their [`PlaneSlack`] at no cost: entries are measured from an origin moved forward, exits from one
 /// moved back.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
@@ -77,8 +104,8 @@ pub struct SlabRay {
     origins: [[f32; 2]; 3],
     /// Componentwise reciprocal of the direction.
     inverse: Vec3,
-    /// Per axis, 1 where the reciprocal is negative, so that the upper plane is the nearer one.
-    negative: [usize; 3],
+    /// Per axis, whether the reciprocal is negative, so that the upper plane is the nearer one.
+    negative: [bool; 3],
 }
 
 /// The larger one; `current` when `candidate` is NaN.
@@ -88,18 +115,18 @@ fn larger(candidate: f32, current: f32) -> f32 {
 }
 
 impl SlabRay {
-    /// Prepares a ray through `scene`, the box around all boxes that it will be tested against.
+    /// Prepares a ray through a tree whose planes are as thick as `slack` says.
     #[inline]
-    pub fn new(ray: &Ray, scene: &Aabb) -> Self {
-        let slack = plane_slack(ray.origin, scene);
+    pub fn new(ray: &Ray, slack: &PlaneSlack) -> Self {
+        let slack = slack.at(ray.origin);
         let inverse = ray.direction.recip();
-        let negative = inverse.to_array().map(|inverse| usize::from(inverse.is_sign_negative()));
+        let negative = inverse.to_array().map(f32::is_sign_negative);
         let origins = std::array::from_fn(|axis| {
             let origin = ray.origin[axis];
             // At least one step, where the slack is lost in the rounding of a large coordinate.
             let low = (origin - slack).min(origin.next_down());
             let high = (origin + slack).max(origin.next_up());
-            if negative[axis] == 1 { [low, high] } else { [high, low] }
+            if negative[axis] { [low, high] } else { [high, low] }
         });
         Self { origins, inverse, negative }
     }
@@ -111,7 +138,7 @@ impl SlabRay {
         let mut exit = t_max;
         for axis in 0..3 {
             let (low, high) = (bounds.min[axis], bounds.max[axis]);
-            let (near, far) = if self.negative[axis] == 1 { (high, low) } else { (low, high) };
+            let (near, far) = if self.negative[axis] { (high, low) } else { (low, high) };
             let [near_origin, far_origin] = self.origins[axis];
             entry = larger((near - near_origin) * self.inverse[axis], entry);
             exit = -larger(-((far - far_origin) * self.inverse[axis]), -exit);
@@ -128,8 +155,8 @@ impl SlabRay {
     pub(crate) fn entry_exit_pair(&self, planes: &[f32; 12], t_min: f32, t_max: f32) -> (f32, f32, f32, f32) {
         let mut lanes = [t_min, t_min, -t_max, -t_max];
         for axis in 0..3 {
-            let near = 4 * axis + 2 * self.negative[axis];
-            let far = 4 * axis + 2 - 2 * self.negative[axis];
+            let near = 4 * axis + 2 * usize::from(self.negative[axis]);
+            let far = 4 * axis + 2 * usize::from(!self.negative[axis]);
             let plane = [planes[near], planes[near + 1], planes[far], planes[far + 1]];
             let [near_origin, far_origin] = self.origins[axis];
             let origin = [near_origin, near_origin, far_origin, far_origin];
@@ -159,8 +186,7 @@ mod tests {
             let mut point = || Vec3::new(pick(), pick(), pick());
             let (origin, direction) = (point(), point());
             let boxes = [Aabb { min: point(), max: point() }, Aabb { min: point(), max: point() }];
-            let scene = boxes[0].union(boxes[1]);
-            let slab = SlabRay::new(&Ray::new(origin, direction), &scene);
+            let slab = SlabRay::new(&Ray::new(origin, direction), &PlaneSlack::new(&boxes));
             let mut planes = [0.0; 12];
             for axis in 0..3 {
                 for (side, bounds) in boxes.iter().enumerate() {
@@ -182,14 +208,15 @@ mod tests {
     #[test]
     fn a_ray_in_the_plane_of_a_face_hits_the_box_on_either_side_and_for_either_zero() {
         let bounds = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+        let slack = PlaneSlack::new(&[bounds]);
         for zero in [0.0, -0.0] {
             for x in [0.0, 1.0] {
                 let ray = Ray::new(Vec3::new(x, 0.5, -1.0), Vec3::new(zero, zero, 1.0));
-                let (near, far) = SlabRay::new(&ray, &bounds).entry_exit(&bounds, 0.0, f32::INFINITY);
+                let (near, far) = SlabRay::new(&ray, &slack).entry_exit(&bounds, 0.0, f32::INFINITY);
                 assert!(near <= far, "x = {x}, direction {zero:?}");
             }
             let beside = Ray::new(Vec3::new(1.0 + 4.0 * SLACK, 0.5, -1.0), Vec3::new(zero, zero, 1.0));
-            let (near, far) = SlabRay::new(&beside, &bounds).entry_exit(&bounds, 0.0, f32::INFINITY);
+            let (near, far) = SlabRay::new(&beside, &slack).entry_exit(&bounds, 0.0, f32::INFINITY);
             assert!(!(near <= far));
         }
     }

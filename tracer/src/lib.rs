@@ -17,7 +17,7 @@ mod tracing;
 mod triangle;
 mod view;
 
-pub use aabb::{Aabb, SlabRay};
+pub use aabb::{Aabb, PlaneSlack, SlabRay};
 pub use accel::{Accel, AccelerationStructure, BuildOptions, StackUse, Traversal};
 pub use error::Error;
 pub use observe::{LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCounter};

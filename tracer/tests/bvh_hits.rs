@@ -25,7 +25,7 @@ fn brute_force(triangles: &[Triangle], ray: &Ray) -> Hit {
 fn axis_order_stack(bvh: &Bvh, index: u32, ray: &Ray, any: bool, best: &mut Hit, work: &mut Work) -> bool {
     let node = bvh.node(index);
     work.box_tests += 1;
-    let (near, far) = SlabRay::new(ray, &bvh.node(0).bounds).entry_exit(&node.bounds, ray.t_min, best.t);
+    let (near, far) = SlabRay::new(ray, bvh.plane_slack()).entry_exit(&node.bounds, ray.t_min, best.t);
     let hit = near <= far;
     if !hit {
         return false;

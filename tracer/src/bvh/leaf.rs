@@ -3,9 +3,13 @@
 use super::tree::{Bvh, NodeRef};
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Ray};
+use crate::triangle::GROUP;
 
 /// Tests a leaf's triangles, keeping the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
 /// every structure gives the same answer. With `any`, returns at the first hit. Returns whether a hit was found.
+///
+/// Triangles are tested in groups. Hits and steps are those of a loop over single triangles: with `any`, the triangles behind the
+/// first hit of a group count as not tested.
 #[inline(always)]
 pub(super) fn intersect<O: Observer>(
     bvh: &Bvh,
@@ -17,13 +21,23 @@ pub(super) fn intersect<O: Observer>(
 ) -> bool {
     observer.leaf_visit();
     let first = leaf.link as usize;
+    let count = leaf.count() as usize;
+    let groups = &bvh.groups[first..first + count.div_ceil(GROUP)];
     let mut found = false;
-    let triangles = &bvh.triangles[first..first + leaf.count() as usize];
-    for (position, triangle) in (leaf.link..).zip(triangles) {
-        observer.step(Op::Primitive, position);
-        if let Some((t, u, v)) = triangle.intersect(ray, best.t) {
-            let primitive = bvh.references[position as usize];
-            if t < best.t || primitive < best.primitive {
+    for (index, group) in groups.iter().enumerate() {
+        let hits = group.intersect(ray, best.t);
+        let filled = (count - index * GROUP).min(GROUP) as u32;
+        let tested = if any && hits.lanes != 0 { hits.lanes.trailing_zeros() + 1 } else { filled };
+        for position in group.first..group.first + tested {
+            observer.step(Op::Primitive, position);
+        }
+        let mut lanes = hits.lanes;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros();
+            lanes &= lanes - 1;
+            let (t, u, v) = hits.of_lane(lane as usize);
+            let primitive = bvh.references[(group.first + lane) as usize];
+            if t < best.t || (t <= best.t && primitive < best.primitive) {
                 *best = Hit { t, u, v, primitive };
                 found = true;
                 if any {

@@ -40,7 +40,7 @@ enum From {
 
 /// Traces one ray. Each node is entered at most once in each of the three states, which bounds the loop.
 pub fn trace<O: Observer>(bvh: &Bvh, links: &ParentLinks, ray: &Ray, query: Query, observer: &mut O) -> Hit {
-    let slab = SlabRay::new(ray, &bvh.root_bounds);
+    let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
     // Siblings are neighbours: the far child is the other one of the pair.
     let near_child = |node: NodeRef| node.link + u32::from(ray.direction[node.axis()] < 0.0);

@@ -84,7 +84,7 @@ pub fn trace<O: Observer>(
     observer: &mut O,
 ) -> Hit {
     assert!(bvh.depth <= bits.max_depth() && short_stack <= MAX_SHORT_STACK);
-    let slab = SlabRay::new(ray, &bvh.root_bounds);
+    let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
     observer.step(Op::Node, 0);
     observer.box_tests(1);
@@ -112,7 +112,7 @@ pub fn trace<O: Observer>(
             if hit_a & hit_b {
                 let a_first = near_a <= near_b;
                 let (nearer, farther) =
-                    if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
+                    if a_first { (pair.links[0], pair.links[1]) } else { (pair.links[1], pair.links[0]) };
                 if trail & level != 0 {
                     node = farther;
                 } else {
@@ -129,7 +129,7 @@ pub fn trace<O: Observer>(
             // the farther one has been culled by a hit found since.
             if (hit_a | hit_b) && level != popped_level {
                 trail |= level;
-                node = if hit_a { pair.left } else { pair.right };
+                node = pair.links[usize::from(hit_b)];
                 above = level;
                 continue;
             }

@@ -27,7 +27,7 @@ pub fn trace<O: Observer>(bvh: &Bvh, ray: &Ray, query: Query, observer: &mut O) 
 
 #[inline(never)]
 fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> Hit {
-    let slab = SlabRay::new(ray, &bvh.root_bounds);
+    let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
     observer.step(Op::Node, 0);
     observer.box_tests(1);
@@ -47,22 +47,31 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
             let pair = bvh.pair(node.link);
             let (near_a, far_a, near_b, far_b) = slab.entry_exit_pair(&pair.planes, ray.t_min, best.t);
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
+            let [left, right] = pair.links;
             if hit_a & hit_b {
-                let a_first = near_a <= near_b;
-                let (nearer, farther) =
-                    if a_first { (pair.left, pair.right) } else { (pair.right, pair.left) };
-                let entry = if a_first { near_b } else { near_a };
                 observer.step(Op::Push, top as u32);
                 debug_assert!(top < CAPACITY);
                 // SAFETY: the tree is at most `MAX_DEPTH` deep and each level on the path has pushed at most one entry, so
                 // `top < CAPACITY`.
-                unsafe { stack.get_unchecked_mut(top) }.write(Entry { node: farther, entry });
+                let slot = unsafe { stack.get_unchecked_mut(top) };
                 top += 1;
-                node = nearer;
+                // A branch, and no selection: a guess lets the next pair's load start before this pair's boxes are known.
+                if near_a <= near_b {
+                    slot.write(Entry { node: right, entry: near_b });
+                    node = left;
+                } else {
+                    slot.write(Entry { node: left, entry: near_a });
+                    node = right;
+                }
                 continue;
             }
-            if hit_a | hit_b {
-                node = if hit_a { pair.left } else { pair.right };
+            if hit_a {
+                std::hint::black_box(());
+                node = left;
+                continue;
+            }
+            if hit_b {
+                node = right;
                 continue;
             }
         } else if leaf::intersect(bvh, node, ray, ANY, &mut best, observer) && ANY {
@@ -74,9 +83,9 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
             }
             top -= 1;
             observer.step(Op::Pop, top as u32);
-            // SAFETY: entries below the old `top` were written by the push above.
+            // SAFETY: entries below the old `top` were written above.
             let popped = unsafe { stack.get_unchecked(top).assume_init_read() };
-            if popped.entry <= best.t {
+            if ANY || popped.entry <= best.t {
                 node = popped.node;
                 break;
             }

@@ -6,7 +6,7 @@
 //! where all centroids coincide.
 
 use super::tree::{Bvh, BvhNode, BvhNodeKind};
-use crate::aabb::Aabb;
+use crate::aabb::{Aabb, PlaneSlack};
 use crate::triangle::PreparedTriangle;
 use rayon::prelude::*;
 use scenes::Triangle;
@@ -83,7 +83,7 @@ impl Bvh {
         assert!(options.max_depth <= BvhOptions::MAX_DEPTH);
         assert!(triangles.len() <= 1_usize << options.max_depth.min(40));
         if triangles.is_empty() {
-            return Self::from_nodes(&[PENDING], Vec::new(), Vec::new(), 0);
+            return Self::from_nodes(&[PENDING], Vec::new(), &[], 0, PlaneSlack::new(&[]));
         }
         let boxes: Vec<Aabb> = triangles.par_iter().map(Aabb::of_triangle).collect();
         let mut lists: [Vec<u32>; 3] =
@@ -110,8 +110,9 @@ impl Bvh {
         let depth = place(draft, 0, 0, &mut nodes);
         // Every leaf left its primitives, in order, in all three lists.
         let [references, ..] = lists;
-        let prepared = references.iter().map(|&id| PreparedTriangle::from(&triangles[id as usize])).collect();
-        let bvh = Self::from_nodes(&nodes, references, prepared, depth);
+        let prepared: Vec<_> =
+            references.iter().map(|&id| PreparedTriangle::from(&triangles[id as usize])).collect();
+        let bvh = Self::from_nodes(&nodes, references, &prepared, depth, PlaneSlack::new(&boxes));
         debug_assert!(triangles.len() > 50_000 || bvh.validate(triangles) == Ok(()));
         bvh
     }

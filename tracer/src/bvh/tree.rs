@@ -1,7 +1,7 @@
 //! The BVH as data.
 
-use crate::aabb::Aabb;
-use crate::triangle::PreparedTriangle;
+use crate::aabb::{Aabb, PlaneSlack};
+use crate::triangle::{GROUP, PreparedTriangle, TriangleGroup};
 use glam::Vec3;
 
 /// One node, unpacked: its box and its links.
@@ -36,7 +36,7 @@ pub enum BvhNodeKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub(crate) struct NodeRef {
-    /// Left child, or first position in the reference list.
+    /// Left child of an inner node, first triangle group of a leaf.
     pub(crate) link: u32,
     /// Of an inner node [`NodeRef::INNER`] and the axis in the two low bits; of a leaf its count.
     meta: u32,
@@ -45,25 +45,14 @@ pub(crate) struct NodeRef {
 impl NodeRef {
     const INNER: u32 = 1 << 31;
 
-    fn pack(kind: BvhNodeKind) -> Self {
-        match kind {
-            BvhNodeKind::Inner { axis, left } => {
-                debug_assert!(axis < 3);
-                Self { link: left, meta: Self::INNER | axis as u32 }
-            }
-            BvhNodeKind::Leaf { first, count } => {
-                debug_assert!(count < Self::INNER);
-                Self { link: first, meta: count }
-            }
-        }
+    fn inner(axis: usize, left: u32) -> Self {
+        debug_assert!(axis < 3);
+        Self { link: left, meta: Self::INNER | axis as u32 }
     }
 
-    fn unpack(self) -> BvhNodeKind {
-        if self.is_inner() {
-            BvhNodeKind::Inner { axis: self.axis(), left: self.link }
-        } else {
-            BvhNodeKind::Leaf { first: self.link, count: self.count() }
-        }
+    fn leaf(group: u32, count: u32) -> Self {
+        debug_assert!(count < Self::INNER);
+        Self { link: group, meta: count }
     }
 
     #[inline(always)]
@@ -94,30 +83,29 @@ impl NodeRef {
 pub(crate) struct NodePair {
     /// Per axis: left min, right min, left max, right max.
     pub(crate) planes: [f32; 12],
-    pub(crate) left: NodeRef,
-    pub(crate) right: NodeRef,
+    /// Left, right.
+    pub(crate) links: [NodeRef; 2],
 }
 
 const _: () = assert!(size_of::<NodePair>() == 64);
 
 impl NodePair {
-    pub(super) fn new(left: &BvhNode, right: &BvhNode) -> Self {
+    fn new(boxes: [&Aabb; 2], links: [NodeRef; 2]) -> Self {
         let mut planes = [0.0; 12];
         for axis in 0..3 {
-            planes[4 * axis] = left.bounds.min[axis];
-            planes[4 * axis + 1] = right.bounds.min[axis];
-            planes[4 * axis + 2] = left.bounds.max[axis];
-            planes[4 * axis + 3] = right.bounds.max[axis];
+            for (side, bounds) in boxes.into_iter().enumerate() {
+                planes[4 * axis + side] = bounds.min[axis];
+                planes[4 * axis + 2 + side] = bounds.max[axis];
+            }
         }
-        Self { planes, left: NodeRef::pack(left.kind), right: NodeRef::pack(right.kind) }
+        Self { planes, links }
     }
 
     /// The left node (`side` 0) or the right one (1).
     #[inline(always)]
     pub(super) fn side(&self, side: usize) -> (Aabb, NodeRef) {
         let corner = |at: usize| Vec3::new(self.planes[at], self.planes[at + 4], self.planes[at + 8]);
-        let links = if side == 0 { self.left } else { self.right };
-        (Aabb { min: corner(side), max: corner(side + 2) }, links)
+        (Aabb { min: corner(side), max: corner(side + 2) }, self.links[side])
     }
 }
 
@@ -127,12 +115,13 @@ impl NodePair {
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(crate) root_bounds: Aabb,
+    pub(crate) slack: PlaneSlack,
     pub(crate) root: NodeRef,
     /// Nodes 1 and 2, 3 and 4, ...
     pub(crate) pairs: Vec<NodePair>,
     pub(crate) references: Vec<u32>,
-    /// In reference order.
-    pub(crate) triangles: Vec<PreparedTriangle>,
+    /// The triangles of each leaf in reference order; a leaf begins a new group.
+    pub(super) groups: Vec<TriangleGroup>,
     pub(crate) depth: u32,
 }
 
@@ -150,20 +139,39 @@ pub struct BvhStatistics {
 }
 
 impl Bvh {
-    /// Stores nodes, root first, siblings adjacent.
+    /// Stores nodes, root first, siblings adjacent; `triangles` in reference order.
     pub(super) fn from_nodes(
         nodes: &[BvhNode],
         references: Vec<u32>,
-        triangles: Vec<PreparedTriangle>,
+        triangles: &[PreparedTriangle],
         depth: u32,
+        slack: PlaneSlack,
     ) -> Self {
-        let (root, rest) = nodes.split_first().expect("there is always a root");
+        let mut groups = Vec::with_capacity(nodes.len() / 2 + 1 + triangles.len() / GROUP);
+        let links: Vec<NodeRef> = nodes
+            .iter()
+            .map(|node| match node.kind {
+                BvhNodeKind::Inner { axis, left } => NodeRef::inner(axis, left),
+                BvhNodeKind::Leaf { first, count } => {
+                    let group = groups.len() as u32;
+                    let positions = (first..first + count).step_by(GROUP);
+                    let chunks = triangles[first as usize..][..count as usize].chunks(GROUP);
+                    groups
+                        .extend(positions.zip(chunks).map(|(first, chunk)| TriangleGroup::new(first, chunk)));
+                    NodeRef::leaf(group, count)
+                }
+            })
+            .collect();
+        let pair = |left: usize| {
+            NodePair::new([&nodes[left].bounds, &nodes[left + 1].bounds], [links[left], links[left + 1]])
+        };
         Self {
-            root_bounds: root.bounds,
-            root: NodeRef::pack(root.kind),
-            pairs: rest.chunks_exact(2).map(|pair| NodePair::new(&pair[0], &pair[1])).collect(),
+            root_bounds: nodes[0].bounds,
+            slack,
+            root: links[0],
+            pairs: (1..nodes.len()).step_by(2).map(pair).collect(),
             references,
-            triangles,
+            groups,
             depth,
         }
     }
@@ -179,7 +187,14 @@ impl Bvh {
     /// When there is no such node.
     pub fn node(&self, index: u32) -> BvhNode {
         let (bounds, links) = self.packed_node(index);
-        BvhNode { bounds, kind: links.unpack() }
+        let kind = if links.is_inner() {
+            BvhNodeKind::Inner { axis: links.axis(), left: links.link }
+        } else {
+            // Only the empty root has no group.
+            let first = self.groups.get(links.link as usize).map_or(0, |group| group.first);
+            BvhNodeKind::Leaf { first, count: links.count() }
+        };
+        BvhNode { bounds, kind }
     }
 
     /// All nodes, root first.
@@ -210,6 +225,11 @@ impl Bvh {
     /// Triangle indices (file order) of all leaves: a permutation.
     pub fn references(&self) -> &[u32] {
         &self.references
+    }
+
+    /// How thick the traversals take the planes of the boxes.
+    pub fn plane_slack(&self) -> &PlaneSlack {
+        &self.slack
     }
 
     /// Longest path from the root, in edges.

@@ -12,7 +12,7 @@ use super::options::{KdOptions, Splits};
 use super::partition::{Geometry, Partitioner};
 use super::sweep::{Split, best_split};
 use super::tree::{KdNode, KdTree};
-use crate::aabb::Aabb;
+use crate::aabb::{Aabb, PlaneSlack};
 use crate::error::Error;
 use crate::triangle::PreparedTriangle;
 use glam::Vec3;
@@ -39,7 +39,8 @@ impl KdTree {
             )));
         }
         let boxes: Vec<Aabb> = triangles.iter().map(Aabb::of_triangle).collect();
-        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, &one| all.union(one));
+        let slack = PlaneSlack::new(&boxes);
+        let bounds = *slack.scene();
         let subtree = if triangles.is_empty() {
             Subtree { nodes: vec![KdNode::leaf(0, 0)], ..Subtree::default() }
         } else {
@@ -55,6 +56,7 @@ impl KdTree {
             nodes: subtree.nodes,
             references: subtree.references,
             bounds,
+            slack,
             depth: subtree.depth,
             triangles: triangles.iter().map(PreparedTriangle::from).collect(),
         };

@@ -3,7 +3,7 @@
 //! In exact arithmetic the cells that a ray meets follow each other with intervals that touch. In f32 that is not enough: a
 //! ray through a corner or along a plane meets cells of no length, a plane in a face makes a cell of no thickness, and the
 //! triangle test of Moller & Trumbore itself accepts hits a few ulp outside the triangle. A traversal that steps over such a
-//! cell loses what only that cell refers to. So every plane is taken to be a slab, whose half thickness [`plane_slack`] gives. A
+//! cell loses what only that cell refers to. So every plane is taken to be a slab, whose half thickness [`PlaneSlack`](crate::PlaneSlack) gives. A
 //! plane then gives an interval `[low, high]` of the ray parameter: the near child ends at `high`, the far one begins at `low`, and a cell belongs to the ray when its
 //! interval is not empty. Cells are visited depth first, near child first. Every traversal visits just these, in that order.
 //!
@@ -15,7 +15,7 @@
 //! that are computed again (from a cell's box, or on a new descent) are equal bit by bit.
 
 use super::tree::KdTree;
-use crate::aabb::{Aabb, plane_slack};
+use crate::aabb::Aabb;
 use crate::observe::Observer;
 use crate::ray::{Hit, Ray};
 
@@ -77,7 +77,7 @@ impl PlaneRay {
         if !can_hit || tree.triangles.is_empty() {
             return None;
         }
-        let slack = plane_slack(ray.origin, &tree.bounds);
+        let slack = tree.slack.at(ray.origin);
         let smallest = largest * SMALLEST_COMPONENT;
         let axes = [0, 1, 2].map(|axis| {
             let direction = ray.direction[axis];

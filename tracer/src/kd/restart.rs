@@ -164,7 +164,7 @@ impl ShortStack {
 
 #[cfg(test)]
 mod tests {
-    use crate::aabb::Aabb;
+    use crate::aabb::{Aabb, PlaneSlack};
     use crate::kd::{KdCells, KdNode, KdOptions, KdTree, backtrack, push_down, restart, stack};
     use crate::observe::{NodeFetch, WorkCounter};
     use crate::ray::{Query, Ray};
@@ -189,6 +189,7 @@ mod tests {
             nodes,
             references: (0..=depth).collect(),
             bounds: plates.iter().map(Aabb::of_triangle).fold(Aabb::EMPTY, Aabb::union),
+            slack: PlaneSlack::new(&plates.iter().map(Aabb::of_triangle).collect::<Vec<_>>()),
             depth,
             triangles: plates.iter().map(PreparedTriangle::from).collect(),
         }

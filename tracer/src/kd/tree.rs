@@ -1,6 +1,6 @@
 //! The kd-tree as data.
 
-use crate::aabb::Aabb;
+use crate::aabb::{Aabb, PlaneSlack};
 use crate::triangle::PreparedTriangle;
 
 /// One node in 8 bytes: `bits` is the split position (f32) or the first reference; `meta` holds the axis (0, 1, 2; 3 for a
@@ -83,6 +83,7 @@ pub struct KdTree {
     pub(crate) nodes: Vec<KdNode>,
     pub(crate) references: Vec<u32>,
     pub(crate) bounds: Aabb,
+    pub(crate) slack: PlaneSlack,
     pub(crate) depth: u32,
     /// Triangles in file order, prepared for the test.
     pub(crate) triangles: Vec<PreparedTriangle>,
