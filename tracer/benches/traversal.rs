@@ -12,9 +12,12 @@ use tracer::{
 
 const EDGE: u32 = 1024;
 
+/// Traces all rays and counts the hits.
+type Trace<'a> = dyn FnMut(&[Ray], Query) -> u64 + 'a;
+
 struct Contender<'a> {
     name: String,
-    trace: Box<dyn FnMut(&[Ray], Query) -> u64 + 'a>,
+    trace: Box<Trace<'a>>,
     seconds: Vec<f64>,
 }
 

@@ -48,3 +48,48 @@ pub(super) fn intersect<O: Observer>(
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::{BvhOptions, stack};
+    use crate::ray::Query;
+    use glam::Vec3;
+    use scenes::Triangle;
+
+    struct Tested(Vec<u32>);
+
+    impl Observer for Tested {
+        fn step(&mut self, op: Op, id: u32) {
+            if op == Op::Primitive {
+                self.0.push(id);
+            }
+        }
+    }
+
+    #[test]
+    fn a_leaf_of_any_size_counts_as_tested_one_by_one() {
+        let missed = Triangle { v: [Vec3::ZERO, Vec3::X, Vec3::Y] };
+        let hit = Triangle { v: [Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y] };
+        let ray = Ray::new(Vec3::new(0.7, 0.7, -1.0), Vec3::Z);
+        for count in 1..=2 * GROUP + 1 {
+            for place in 0..count {
+                let mut triangles = vec![missed; count];
+                triangles[place] = hit;
+                // All boxes are the same, so there is nothing to split.
+                let bvh = Bvh::build(&triangles, &BvhOptions::EQUAL_COSTS);
+                assert_eq!(bvh.node_count(), 1);
+                for (query, tested) in [(Query::Closest, count), (Query::Any, place + 1)] {
+                    let mut seen = Tested(Vec::new());
+                    let found = stack::trace(&bvh, &ray, query, &mut seen);
+                    assert_eq!((found.t, found.primitive), (1.0, place as u32));
+                    assert_eq!(
+                        seen.0,
+                        (0..tested as u32).collect::<Vec<_>>(),
+                        "{query:?} {place} of {count}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -111,8 +111,8 @@ pub fn trace<O: Observer>(
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
             if hit_a & hit_b {
                 let a_first = near_a <= near_b;
-                let (nearer, farther) =
-                    if a_first { (pair.links[0], pair.links[1]) } else { (pair.links[1], pair.links[0]) };
+                let [a, b] = pair.links;
+                let (nearer, farther) = if a_first { (a, b) } else { (b, a) };
                 if trail & level != 0 {
                     node = farther;
                 } else {

@@ -48,6 +48,8 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
             let (near_a, far_a, near_b, far_b) = slab.entry_exit_pair(&pair.planes, ray.t_min, best.t);
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
             let [left, right] = pair.links;
+            // Branches, not selections: a predicted branch lets the load of the next pair start before this pair's boxes are
+            // known; a selection makes every step wait for the one before.
             if hit_a & hit_b {
                 observer.step(Op::Push, top as u32);
                 debug_assert!(top < CAPACITY);
@@ -55,7 +57,6 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
                 // `top < CAPACITY`.
                 let slot = unsafe { stack.get_unchecked_mut(top) };
                 top += 1;
-                // A branch, and no selection: a guess lets the next pair's load start before this pair's boxes are known.
                 if near_a <= near_b {
                     slot.write(Entry { node: right, entry: near_b });
                     node = left;
@@ -66,6 +67,7 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
                 continue;
             }
             if hit_a {
+                // Keeps the compiler from merging this case and the next one into a selection.
                 std::hint::black_box(());
                 node = left;
                 continue;
@@ -83,8 +85,9 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
             }
             top -= 1;
             observer.step(Op::Pop, top as u32);
-            // SAFETY: entries below the old `top` were written above.
+            // SAFETY: entries below the old `top` were written by a push above.
             let popped = unsafe { stack.get_unchecked(top).assume_init_read() };
+            // Without a hit the interval has not shrunk since the push, and with one `ANY` has returned.
             if ANY || popped.entry <= best.t {
                 node = popped.node;
                 break;
