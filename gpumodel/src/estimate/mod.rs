@@ -80,7 +80,8 @@ pub fn estimate(
         deciding_bound,
         assumptions: assumptions(replayed, header, config),
         left_out: left_out(),
-        bounds,
+        // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
+        bounds: bounds.into_iter().filter(|bound| bound.seconds > 0.0).collect(),
     }
 }
 
