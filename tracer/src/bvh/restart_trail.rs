@@ -129,8 +129,14 @@ pub fn trace<O: Observer>(
             // the farther one has been culled by a hit found since.
             if (hit_a | hit_b) && level != popped_level {
                 trail |= level;
-                node = pair.links[usize::from(hit_b)];
                 above = level;
+                // Branches, not a selection: see the stack traversal.
+                if hit_a {
+                    std::hint::black_box(());
+                    node = pair.links[0];
+                } else {
+                    node = pair.links[1];
+                }
                 continue;
             }
         } else if leaf::intersect(bvh, node, ray, query == Query::Any, &mut best, observer)
