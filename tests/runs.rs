@@ -26,7 +26,10 @@ fn every_scene_runs_through_every_traversal_and_every_count_is_a_number_or_a_rea
                     let place = format!("{id} of {} with {traversal:?}", scene.name);
                     match counter["value"].as_f64() {
                         Some(value) => assert!(value.is_finite() && value >= 0.0, "{place}: {value}"),
-                        None => assert!(counter["reason"].as_str().is_some_and(|reason| !reason.is_empty()), "{place}"),
+                        None => assert!(
+                            counter["reason"].as_str().is_some_and(|reason| !reason.is_empty()),
+                            "{place}"
+                        ),
                     }
                 }
                 assert!(counters["node_fetches"]["value"].as_u64() > Some(0), "{}", scene.name);
@@ -38,7 +41,8 @@ fn every_scene_runs_through_every_traversal_and_every_count_is_a_number_or_a_rea
 
 #[test]
 fn every_primitive_layout_runs_and_only_moves_bytes() {
-    let counters = |layout| profile("figure", tracer::Traversal::BvhStack, layout, "adreno-540")["counters"].clone();
+    let counters =
+        |layout| profile("figure", tracer::Traversal::BvhStack, layout, "adreno-540")["counters"].clone();
     let padded = counters("padded");
     for layout in ["compact", "split"] {
         let other = counters(layout);
