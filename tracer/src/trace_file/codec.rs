@@ -76,6 +76,9 @@ impl Reader<'_> {
         for shift in (0..64).step_by(7) {
             let byte = *self.bytes.get(self.position).ok_or("the data end inside a number")?;
             self.position += 1;
+            if shift == 63 && byte > 1 {
+                break;
+            }
             value |= u64::from(byte & 0x7f) << shift;
             if byte < 0x80 {
                 return Ok(value);
@@ -245,6 +248,8 @@ mod tests {
         let mut reader = Reader { bytes: &bytes, position: 0 };
         assert!(values.iter().all(|&value| reader.varint() == Ok(value)));
         assert_eq!(reader.finish(), Ok(()));
+        let too_long = [&[0xff; 9][..], &[2]].concat();
+        assert!(Reader { bytes: &too_long, position: 0 }.varint().is_err());
         for value in [0, 1, -1, i64::MAX, i64::MIN] {
             assert_eq!(unzigzag(zigzag(value)), value);
         }

@@ -121,7 +121,9 @@ impl TraceFile {
             .collect();
         offsets.push(index_offset);
         if offsets[0] != structure_offset
-            || offsets.windows(2).any(|pair| pair[0] + CHUNK_HEAD_BYTES + 8 > pair[1])
+            || offsets
+                .windows(2)
+                .any(|pair| pair[1].checked_sub(pair[0]).is_none_or(|bytes| bytes < CHUNK_HEAD_BYTES + 8))
         {
             return Err(format(
                 index_offset,
