@@ -154,3 +154,28 @@ fn a_ray_list_is_cut_into_tiles_and_comes_back() {
     let (_, tiles) = read_all(&path).expect("it is read");
     assert_eq!(tiles.iter().map(|tile| tile.ray_sets[0].ends.len()).collect::<Vec<_>>(), [1024, 1024, 452]);
 }
+
+#[test]
+fn what_a_reader_would_refuse_is_not_written() {
+    let scene = scenes::builtin("cornell").expect("a built-in scene");
+    let triangles = scene.triangles();
+    let options = BuildOptions::default();
+    let structure =
+        AccelerationStructure::build(&triangles, Traversal::BvhStack, &options).expect("it builds");
+    let view = View::new(&scene.camera, 8, 8);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("lights.rbt");
+    let with_lights = |lights| {
+        let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
+        let rays = Rays::View { view, width: 8, height: 8 };
+        write(
+            &FrameTracer::new(&structure, &options, &triangles, identity, rays, vec![Vec3::ZERO; lights]),
+            &path,
+        )
+    };
+    let message = with_lights(64).expect_err("one set of rays too many").to_string();
+    assert!(message.contains("65 ray sets"), "{message}");
+    assert!(!path.exists());
+    with_lights(63).expect("just enough");
+    assert_eq!(read_all(&path).expect("it is read").1.len(), 1);
+}

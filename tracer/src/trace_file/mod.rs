@@ -6,6 +6,7 @@ mod codec;
 mod reader;
 mod writer;
 
+use crate::trace::{Frame, TraceHeader};
 pub use reader::TraceFile;
 pub use writer::{EncodedTile, TraceWriter};
 
@@ -29,4 +30,25 @@ const INDEX_SEED: u64 = 2;
 const TRAILER_SEED: u64 = 3;
 const fn tile_seed(index: u32) -> u64 {
     1 << 32 | index as u64
+}
+
+/// Limits that a replay relies on.
+fn check_header(header: &TraceHeader) -> Result<(), String> {
+    const MAX_EDGE: u32 = 1 << 15;
+    match header.frame {
+        Frame::Image { width, height } if width == 0 || height == 0 || width.max(height) > MAX_EDGE => {
+            return Err(format!("a frame of {width}x{height} pixels, 1 to {MAX_EDGE} per edge expected"));
+        }
+        Frame::List { rays } if rays > 1 << 30 => {
+            return Err(format!("a list of {rays} rays, at most {} expected", 1 << 30));
+        }
+        _ => {}
+    }
+    if header.ray_sets.is_empty() || header.ray_sets.len() > 64 {
+        return Err(format!("{} ray sets, 1 to 64 expected", header.ray_sets.len()));
+    }
+    if header.stack_entries.max(header.short_stack) > 1 << 16 {
+        return Err(format!("a stack of {} entries", header.stack_entries.max(header.short_stack)));
+    }
+    Ok(())
 }

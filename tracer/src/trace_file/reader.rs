@@ -1,5 +1,6 @@
 //! Reading a trace file: everything is checked before it is believed.
 
+use super::check_header;
 use super::codec::{self, Limits};
 use super::{
     CHUNK_HEAD_BYTES, END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES,
@@ -245,27 +246,4 @@ fn take_checksum(data: &mut Vec<u8>) -> u64 {
     let checksum = u64::from_le_bytes(*data[start..].first_chunk().expect("eight bytes"));
     data.truncate(start);
     checksum
-}
-
-/// Limits that a replay relies on.
-fn check_header(header: &TraceHeader) -> Result<(), String> {
-    const MAX_EDGE: u32 = 1 << 15;
-    match header.frame {
-        crate::Frame::Image { width, height }
-            if width == 0 || height == 0 || width.max(height) > MAX_EDGE =>
-        {
-            return Err(format!("a frame of {width}x{height} pixels, 1 to {MAX_EDGE} per edge expected"));
-        }
-        crate::Frame::List { rays } if rays > 1 << 30 => {
-            return Err(format!("a list of {rays} rays, at most {} expected", 1 << 30));
-        }
-        _ => {}
-    }
-    if header.ray_sets.is_empty() || header.ray_sets.len() > 64 {
-        return Err(format!("{} ray sets, 1 to 64 expected", header.ray_sets.len()));
-    }
-    if header.stack_entries.max(header.short_stack) > 1 << 16 {
-        return Err(format!("a stack of {} entries", header.stack_entries.max(header.short_stack)));
-    }
-    Ok(())
 }

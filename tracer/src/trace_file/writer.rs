@@ -1,5 +1,6 @@
 //! Writing a trace file: to a temporary name beside its place, renamed when finished.
 
+use super::check_header;
 use super::codec;
 use super::{
     END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES, STRUCTURE_SEED,
@@ -63,8 +64,10 @@ impl TraceWriter {
     /// Opens a temporary file in the folder of `path` and writes the header and the tree's shape.
     ///
     /// # Errors
-    /// When the folder cannot be written to or is full.
+    /// When the frame is beyond what a file can hold, or the folder cannot be written to or is full.
     pub fn create(path: &Path, header: &TraceHeader, topology: &Topology) -> Result<Self, Error> {
+        check_header(header)
+            .map_err(|problem| Error::Options(format!("a trace file cannot hold this: {problem}")))?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
         builder.prefix(".raybudget-").suffix(".rbt.part");
