@@ -56,7 +56,7 @@ const LARGEST_SLACK: f32 = 1.0 / 16.0;
 /// The thickness bounds the rounding of a plane's distance (3 roundings, at most 1.5 ulp) and that of the hit point of a triangle
 /// which is not seen edge on: the test of Moller & Trumbore accepts hits a few ulp outside the triangle, which a cell without
 /// thickness would lose. The error follows the distance over which the ray is traced, so it is one figure per ray. Where
-/// that distance is so large that the planes would grow as thick as triangles are wide (the origin, or one far triangle, 60,000
+/// that distance is so large that the planes would grow as thick as triangles are wide (the origin, or one far triangle, 30,000
 /// triangles away) it is capped: hits are uncertain by more there, and each ray would visit the whole tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneSlack {
