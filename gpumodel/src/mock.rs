@@ -48,6 +48,7 @@ impl Recorded {
             triangles: leaves,
             frame: Frame::List { rays: rays.len() as u32 },
             ray_sets: vec![RayKind::Primary],
+            raster: false,
             accel,
             traversal: traversal.to_owned(),
             node_fetch: NodeFetch::Single,
@@ -59,7 +60,9 @@ impl Recorded {
             depth: leaves.ilog2(),
             remarks: tracer::SceneRemarks::default(),
         };
-        let tiles = rays.chunks(TILE_RAYS as usize).map(|rays| Tile { ray_sets: vec![ray_set(rays)] });
+        let tiles = rays
+            .chunks(TILE_RAYS as usize)
+            .map(|rays| Tile { ray_sets: vec![ray_set(rays)], draws: Vec::new() });
         Self { header, topology: complete_tree(leaves), tiles: tiles.collect() }
     }
 }

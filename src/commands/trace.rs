@@ -67,7 +67,7 @@ fn record(
                         hits.push((number, *hit));
                     }
                 })?;
-                Ok((EncodedTile::new(tile)?, hits))
+                Ok((EncodedTile::new(tile, tracer.header())?, hits))
             })
             .collect::<Result<_, tracer::Error>>()?;
         for (tile, tile_hits) in &traced {

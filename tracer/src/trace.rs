@@ -4,6 +4,7 @@ use crate::accel::{Accel, Traversal};
 use crate::bvh::restart_trail::TrailBits;
 use crate::error::Error;
 use crate::observe::{LoopStructure, NodeFetch, Observer, Op};
+use crate::raster::TileDraw;
 use crate::ray::NO_HIT;
 use crate::topology::Topology;
 use serde::{Deserialize, Serialize};
@@ -187,6 +188,8 @@ impl RaySet {
 pub struct Tile {
     /// In the order of the header.
     pub ray_sets: Vec<RaySet>,
+    /// What a rasteriser draws in this tile from the same camera, in file order; empty unless [`TraceHeader::raster`].
+    pub draws: Vec<TileDraw>,
 }
 
 /// Records steps into a set.
@@ -255,6 +258,9 @@ pub struct TraceHeader {
     pub frame: Frame,
     /// Kinds of rays, in the order in which a pixel's shader casts them.
     pub ray_sets: Vec<RayKind>,
+    /// Whether tiles list the triangles that a rasteriser draws; never for a list of rays.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub raster: bool,
     /// Structure.
     pub accel: Accel,
     /// Traversal, by name.

@@ -2,6 +2,7 @@
 
 use crate::accel::{AccelerationStructure, BuildOptions};
 use crate::error::Error;
+use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::trace::{Frame, RayKind, Recorder, SceneRemarks, Tile, TileSource, TraceHeader};
@@ -32,6 +33,13 @@ impl Rays {
             Rays::List(rays) => Frame::List { rays: rays.len() as u32 },
         }
     }
+
+    fn raster<'a>(&self, triangles: &'a [Triangle]) -> Option<Raster<'a>> {
+        match self {
+            Rays::View { view, width, height } => Some(Raster::new(triangles, view, *width, *height)),
+            Rays::List(_) => None,
+        }
+    }
 }
 
 /// What identifies the scene in the header.
@@ -47,6 +55,8 @@ pub struct FrameTracer<'a> {
     structure: &'a AccelerationStructure,
     triangles: &'a [Triangle],
     rays: Rays,
+    /// For a camera's image: the same image rasterised.
+    raster: Option<Raster<'a>>,
     /// One set of shadow rays each.
     lights: Vec<Vec3>,
     header: TraceHeader,
@@ -67,6 +77,7 @@ impl<'a> FrameTracer<'a> {
         let traversal = structure.traversal();
         let ray_sets =
             std::iter::once(RayKind::Primary).chain(lights.iter().map(|_| RayKind::Shadow)).collect();
+        let raster = rays.raster(triangles);
         let header = TraceHeader {
             generator: concat!("raybudget ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: scene.name,
@@ -74,6 +85,7 @@ impl<'a> FrameTracer<'a> {
             triangles: triangles.len() as u32,
             frame: rays.frame(),
             ray_sets,
+            raster: raster.is_some(),
             accel: traversal.accel(),
             traversal: traversal.name().to_owned(),
             node_fetch: traversal.node_fetch(),
@@ -89,7 +101,7 @@ impl<'a> FrameTracer<'a> {
             remarks: SceneRemarks::default(),
         };
         let topology = structure.topology();
-        Self { structure, triangles, rays, lights, header, topology, stalls: AtomicU64::new(0) }
+        Self { structure, triangles, rays, raster, lights, header, topology, stalls: AtomicU64::new(0) }
     }
 
     /// The same tracer, its header with these remarks.
@@ -99,7 +111,7 @@ impl<'a> FrameTracer<'a> {
         self
     }
 
-    /// Traces every ray of a tile; `primary_hit` sees each ray's number (row-major over the frame) and its hit.
+    /// Traces every ray of a tile and rasterises it; `primary_hit` sees each ray's number (row-major over the frame) and its hit.
     ///
     /// # Errors
     /// When the tile takes too many steps.
@@ -114,6 +126,13 @@ impl<'a> FrameTracer<'a> {
         tile.ray_sets.iter_mut().for_each(crate::trace::RaySet::clear);
         let (primary_set, shadow_sets) =
             tile.ray_sets.split_first_mut().expect("the primary rays are always there");
+        tile.draws.clear();
+        if let Some(raster) = &self.raster {
+            let mut drawn = RasterTile::default();
+            std::mem::swap(&mut drawn.draws, &mut tile.draws);
+            raster.tile(index, &mut drawn);
+            std::mem::swap(&mut drawn.draws, &mut tile.draws);
+        }
         let mut stalls = 0;
         for y in rect.y..rect.y + rect.height {
             for x in rect.x..rect.x + rect.width {

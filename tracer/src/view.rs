@@ -1,7 +1,7 @@
 //! The rays of a frame: primary rays of a pinhole camera and the shadow rays of their hits.
 
 use crate::ray::Ray;
-use glam::{DVec3, IVec3, Vec3};
+use glam::{DMat3, DVec3, IVec3, Vec3};
 use scenes::{Camera, Triangle};
 
 /// A pinhole camera over an image, ready to give rays.
@@ -33,6 +33,12 @@ impl View {
     pub fn primary_ray(&self, x: u32, y: u32) -> Ray {
         let direction = self.corner + self.right * (f64::from(x) + 0.5) + self.down * (f64::from(y) + 0.5);
         Ray::new(self.eye, direction.normalize().as_vec3())
+    }
+
+    /// The eye, and the matrix that takes `(x, y, 1)`, in pixels from the upper left, to the direction through that point of the
+    /// image: of depth 1 along the view.
+    pub(crate) fn pixel_plane(&self) -> (DVec3, DMat3) {
+        (self.eye.as_dvec3(), DMat3::from_cols(self.right, self.down, self.corner))
     }
 }
 

@@ -29,7 +29,7 @@ fn write(source: &impl TileSource, path: &Path) -> Result<u64, Error> {
     let mut tile = Tile::default();
     for index in 0..source.header().frame.tiles() {
         source.tile(index, &mut tile)?;
-        writer.write_tile(&EncodedTile::new(&tile)?)?;
+        writer.write_tile(&EncodedTile::new(&tile, source.header())?)?;
     }
     writer.finish(source.stalls())
 }
@@ -122,7 +122,9 @@ fn a_writer_that_is_dropped_leaves_nothing_behind() {
         let mut writer = TraceWriter::create(&path, tracer.header(), tracer.topology()).expect("it opens");
         let mut tile = Tile::default();
         tracer.tile(0, &mut tile).expect("it is traced");
-        writer.write_tile(&EncodedTile::new(&tile).expect("it fits")).expect("it is written");
+        writer
+            .write_tile(&EncodedTile::new(&tile, tracer.header()).expect("it fits"))
+            .expect("it is written");
     });
     assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
 }

@@ -4,9 +4,10 @@
 //! same kind within the ray, so that neighbouring rays, which visit the same nodes, leave the same bytes.
 
 use crate::observe::{NodeFetch, Op};
+use crate::raster::TileDraw;
 use crate::ray::NO_HIT;
 use crate::topology::{Topology, TopologyNode};
-use crate::trace::{MAX_TILE_STEPS, Step, Tile, TraceHeader};
+use crate::trace::{MAX_TILE_STEPS, Step, Tile, TileRect, TraceHeader};
 
 fn push_varint(bytes: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
@@ -36,8 +37,8 @@ fn kind(op: Op) -> usize {
 
 const KINDS: usize = 4;
 
-/// Encodes a tile.
-pub(super) fn encode_tile(tile: &Tile) -> Vec<u8> {
+/// Encodes a tile of a trace with this header.
+pub(super) fn encode_tile(tile: &Tile, header: &TraceHeader) -> Vec<u8> {
     let steps: usize = tile.ray_sets.iter().map(|set| set.steps.len()).sum();
     let mut bytes = Vec::with_capacity(steps * 2 + 4096);
     for set in &tile.ray_sets {
@@ -60,7 +61,51 @@ pub(super) fn encode_tile(tile: &Tile) -> Vec<u8> {
             }
         }
     }
+    if header.raster {
+        encode_draws(&tile.draws, &mut bytes);
+    }
     bytes
+}
+
+/// Triangles rise, so each is stored as its distance from the least possible one.
+fn encode_draws(draws: &[TileDraw], bytes: &mut Vec<u8>) {
+    push_varint(bytes, draws.len() as u64);
+    let mut least = 0;
+    for &TileDraw { triangle, covered, passed, quads } in draws {
+        for value in [triangle - least, covered, passed, quads] {
+            push_varint(bytes, u64::from(value));
+        }
+        least = triangle + 1;
+    }
+}
+
+fn decode_draws(
+    reader: &mut Reader<'_>,
+    rect: TileRect,
+    triangles: u64,
+    draws: &mut Vec<TileDraw>,
+) -> Result<(), String> {
+    let (pixels, tile_quads) = (rect.width * rect.height, rect.width.div_ceil(2) * rect.height.div_ceil(2));
+    let count = reader.bounded(triangles, "a number of drawn triangles of")?;
+    // A draw takes at least four bytes, so the claimed number cannot make the vector larger than the data.
+    draws.reserve((count as usize).min(reader.bytes.len() / 4));
+    let mut least = 0;
+    for _ in 0..count {
+        let triangle = least + reader.bounded(triangles, "a step of drawn triangles of")?;
+        if triangle >= triangles {
+            return Err(format!("a drawn triangle {triangle}, below {triangles} expected"));
+        }
+        let covered = reader.bounded(u64::from(pixels), "a number of covered pixels of")? as u32;
+        let passed = reader.bounded(u64::from(covered), "a number of passed pixels of")? as u32;
+        let most_quads = u64::from(passed.min(tile_quads));
+        let quads = reader.bounded(most_quads, "a number of quads of")? as u32;
+        if quads * 4 < passed {
+            return Err(format!("{passed} passed pixels in {quads} quads of 4"));
+        }
+        draws.push(TileDraw { triangle: triangle as u32, covered, passed, quads });
+        least = triangle + 1;
+    }
+    Ok(())
 }
 
 /// Reads variable-length integers; a problem is a sentence.
@@ -106,6 +151,7 @@ pub(super) struct Limits {
     ids: [u64; Op::ALL.len()],
     triangles: u64,
     ray_sets: usize,
+    raster: bool,
 }
 
 impl Limits {
@@ -121,12 +167,23 @@ impl Limits {
             Op::Primitive | Op::AnyHit => references,
             Op::Instance => 0,
         });
-        Self { ids, triangles: u64::from(topology.triangles), ray_sets: header.ray_sets.len() }
+        Self {
+            ids,
+            triangles: u64::from(topology.triangles),
+            ray_sets: header.ray_sets.len(),
+            raster: header.raster,
+        }
     }
 }
 
-/// Decodes a tile of `rays` rays per set, checking every id.
-pub(super) fn decode_tile(bytes: &[u8], rays: usize, limits: &Limits, tile: &mut Tile) -> Result<(), String> {
+/// Decodes a tile, checking every id.
+pub(super) fn decode_tile(
+    bytes: &[u8],
+    rect: TileRect,
+    limits: &Limits,
+    tile: &mut Tile,
+) -> Result<(), String> {
+    let rays = rect.width * rect.height;
     let mut reader = Reader { bytes, position: 0 };
     tile.ray_sets.resize_with(limits.ray_sets, Default::default);
     for set in &mut tile.ray_sets {
@@ -166,6 +223,10 @@ pub(super) fn decode_tile(bytes: &[u8], rays: usize, limits: &Limits, tile: &mut
             }
             start = end;
         }
+    }
+    tile.draws.clear();
+    if limits.raster {
+        decode_draws(&mut reader, rect, limits.triangles, &mut tile.draws)?;
     }
     reader.finish()
 }

@@ -42,6 +42,9 @@ fn check_header(header: &TraceHeader) -> Result<(), String> {
         Frame::List { rays } if rays > 1 << 30 => {
             return Err(format!("a list of {rays} rays, at most {} expected", 1 << 30));
         }
+        Frame::List { .. } if header.raster => {
+            return Err("drawn triangles for a list of rays, which has no image".to_owned());
+        }
         _ => {}
     }
     if header.ray_sets.is_empty() || header.ray_sets.len() > 64 {

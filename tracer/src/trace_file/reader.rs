@@ -225,8 +225,7 @@ impl TileSource for TraceFile {
         let chunk = index as usize + 1;
         let raw = self.read_chunk(chunk, tile_seed(index))?;
         let rect = self.header.frame.tile(index);
-        let rays = rect.width as usize * rect.height as usize;
-        codec::decode_tile(&raw, rays, &self.limits, tile)
+        codec::decode_tile(&raw, rect, &self.limits, tile)
             .map_err(|problem| self.format_error(chunk, problem))
     }
 

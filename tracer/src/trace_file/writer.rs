@@ -25,12 +25,12 @@ pub struct EncodedTile {
 }
 
 impl EncodedTile {
-    /// Encodes a tile.
+    /// Encodes a tile of a trace with this header.
     ///
     /// # Errors
     /// When it is too large for a chunk.
-    pub fn new(tile: &Tile) -> Result<Self, Error> {
-        let raw = codec::encode_tile(tile);
+    pub fn new(tile: &Tile, header: &TraceHeader) -> Result<Self, Error> {
+        let raw = codec::encode_tile(tile, header);
         let steps = tile.ray_sets.iter().map(|set| set.steps.len() as u64).sum();
         let (compressed, raw_bytes) = compress(&raw)?;
         Ok(Self { compressed, raw_bytes, steps })
