@@ -2,7 +2,10 @@
 //!
 //! The trace is recorded first and kept in memory, so that the time is the replay's alone.
 
-use gpumodel::{Gpu, NodeOrder, PrimitiveLayout, ReplayConfig, ShaderCosts, Value, estimate, replay};
+use gpumodel::{
+    Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique, Value, estimate,
+    replay,
+};
 use scenes::{Light, Vec3};
 use std::time::Instant;
 use tracer::{
@@ -72,11 +75,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = ReplayConfig {
         gpu: Gpu::builtin("adreno-540").ok_or("no such GPU")??,
         costs: ShaderCosts::builtin()?,
+        technique: Technique::builtin("fragment").ok_or("no such technique")??,
         primitive_layout: PrimitiveLayout::Padded,
+        primitive_order: None,
+        node_records: NodeRecords::Packed,
         node_order: NodeOrder::DepthFirst,
     };
     let (start, cpu_start) = (Instant::now(), cpu_seconds());
-    let replayed = replay(&recorded, &config, &|_, _| {})?;
+    let replayed = replay(&recorded, &config, Maps::Dropped, &|_, _| {})?;
     let seconds = start.elapsed().as_secs_f64();
     let cpu = cpu_seconds().zip(cpu_start).map(|(end, start)| end - start);
     let total = replayed.counters.total().issue;

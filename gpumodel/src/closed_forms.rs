@@ -1,16 +1,16 @@
 //! Whole replays of hand-written traces against figures worked out by hand.
 
-use crate::counters::{COUNTERS, FrameCounters, Value};
+use crate::counters::{COUNTERS, FrameCounters, Pass, Value};
 use crate::layout::PrimitiveLayout;
 use crate::mock::{MockRay, Recorded, config, gpu, ray_set};
-use crate::replay::{ReplayConfig, Replayed, replay};
+use crate::replay::{Maps, ReplayConfig, Replayed, replay};
 use crate::{Estimate, Gpu, estimate};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tracer::{Accel, LoopStructure, NO_HIT, NodeFetch, Op, RayKind};
 
 fn run_on(source: &Recorded, config: &ReplayConfig) -> Replayed {
-    replay(source, config, &|_, _| {}).expect("the mock is valid")
+    replay(source, config, Maps::Kept, &|_, _| {}).expect("the mock is valid")
 }
 
 fn run(source: &Recorded) -> FrameCounters {
@@ -23,7 +23,7 @@ fn estimate_on(source: &Recorded, machine: Gpu) -> Estimate {
 }
 
 fn refusal(source: &Recorded) -> String {
-    replay(source, &config(gpu(&[])), &|_, _| {}).expect_err("the mock is invalid").to_string()
+    replay(source, &config(gpu(&[])), Maps::Dropped, &|_, _| {}).expect_err("the mock is invalid").to_string()
 }
 
 fn node_rays(count: u32, node: impl Fn(u32) -> u32) -> Vec<MockRay> {
@@ -86,11 +86,11 @@ fn a_pair_is_two_records_except_at_the_root() {
     let mut source = Recorded::list(Accel::Bvh, "stack", 64, &rays);
     source.header.node_fetch = NodeFetch::Pair;
     let replayed = run_on(&source, &config(gpu(&[])));
-    assert_eq!(replayed.counters.primary.issue.node_fetches, 32 * 5);
-    assert!(replayed.node_fetches.values.iter().all(|&fetches| fetches == 5));
+    assert_eq!(replayed.counters.pass(Pass::Primary).issue.node_fetches, 32 * 5);
+    assert!(replayed.maps.as_ref().expect("kept").node_fetches.values.iter().all(|&fetches| fetches == 5));
     // Nodes 0; 1 and 2; 5 and 6: records 0 to 2 lie in lines 0 and 1, records 5 and 6 in lines 2 and 3.
-    assert_eq!(replayed.counters.primary.traffic.node.levels[1].misses, 4);
-    assert_eq!(replayed.counters.primary.issue.memory_instructions, 2 * 5);
+    assert_eq!(replayed.counters.pass(Pass::Primary).traffic.node.levels[1].misses, 4);
+    assert_eq!(replayed.counters.pass(Pass::Primary).issue.memory_instructions, 2 * 5);
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn lanes_at_the_root_fetch_no_sibling_while_others_do() {
     rays.insert(7, (vec![(Op::Node, 0)], NO_HIT));
     let mut source = Recorded::list(Accel::Bvh, "stack", 64, &rays);
     source.header.node_fetch = NodeFetch::Pair;
-    let counters = run(&source).primary;
+    let counters = *run(&source).pass(Pass::Primary);
     assert_eq!(counters.issue.node_fetches, 31 * 2 + 1);
     // Nodes 0 and 1 share a line, and so do both loads; node 2, the sibling, has the next.
     assert_eq!(counters.issue.line_accesses, 2 + 2);
@@ -109,8 +109,8 @@ fn lanes_at_the_root_fetch_no_sibling_while_others_do() {
 #[test]
 fn an_index_list_costs_one_more_load_and_one_more_wait() {
     let rays: Vec<MockRay> = (0..32).map(|ray| (vec![(Op::Primitive, ray)], NO_HIT)).collect();
-    let kd = run(&Recorded::list(Accel::Kd, "stack", 64, &rays)).primary;
-    let bvh = run(&Recorded::list(Accel::Bvh, "stack", 64, &rays)).primary;
+    let kd = *run(&Recorded::list(Accel::Kd, "stack", 64, &rays)).pass(Pass::Primary);
+    let bvh = *run(&Recorded::list(Accel::Bvh, "stack", 64, &rays)).pass(Pass::Primary);
     assert_eq!(kd.issue.memory_instructions, bvh.issue.memory_instructions + 1);
     assert_eq!(kd.issue.memory_waits, bvh.issue.memory_waits + 1);
     // 32 entries of 4 bytes.
@@ -127,10 +127,10 @@ fn hits_are_shaded_once_and_only_where_they_are() {
     {
         let config = ReplayConfig { primitive_layout: layout, ..config(gpu(&[])) };
         let counters = run_on(&Recorded::list(Accel::Bvh, "stack", 64, &rays), &config).counters;
-        assert_eq!(counters.output.issue.shaded, 16);
-        assert_eq!(counters.output.issue.memory_instructions, loads, "{layout:?}");
-        assert_eq!(counters.output.issue.lane_bytes, loads * 16 * 16, "{layout:?}");
-        assert!(counters.output.traffic.normal.levels[1].misses > 0);
+        assert_eq!(counters.pass(Pass::Output).issue.shaded, 16);
+        assert_eq!(counters.pass(Pass::Output).issue.memory_instructions, loads, "{layout:?}");
+        assert_eq!(counters.pass(Pass::Output).issue.lane_bytes, loads * 16 * 16, "{layout:?}");
+        assert!(counters.pass(Pass::Output).traffic.normal.levels[1].misses > 0);
     }
 }
 
@@ -146,8 +146,8 @@ fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
         .collect();
     source.tiles[0].ray_sets.push(ray_set(&shadow));
     let counters = run(&source);
-    assert_eq!((counters.primary.issue.rays, counters.shadow.issue.rays), (32, 6));
-    assert_eq!((counters.primary.issue.node_fetches, counters.shadow.issue.node_fetches), (32, 10));
+    assert_eq!((counters.pass(Pass::Primary).issue.rays, counters.pass(Pass::Shadow).issue.rays), (32, 6));
+    assert_eq!((counters.pass(Pass::Primary).issue.node_fetches, counters.pass(Pass::Shadow).issue.node_fetches), (32, 10));
     assert_eq!(counters.total().issue.rays, 38);
 }
 
@@ -155,16 +155,16 @@ fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
 fn a_stack_in_memory_is_interleaved_by_lane_and_one_in_registers_is_free() {
     let steps = vec![(Op::Node, 0), (Op::Push, 2), (Op::Pop, 2)];
     let mut source = Recorded::list(Accel::Bvh, "stack", 64, &vec![(steps, NO_HIT); 32]);
-    assert_eq!(run(&source).primary.traffic.stack, crate::BufferTraffic::default());
+    assert_eq!(run(&source).pass(Pass::Primary).traffic.stack, crate::BufferTraffic::default());
     source.header.stack_entries = 7;
     let counters = run(&source);
     // 32 entries of 8 bytes at one depth are 4 lines: written without being read, then read.
-    let stack = counters.primary.traffic.stack;
+    let stack = counters.pass(Pass::Primary).traffic.stack;
     assert_eq!((stack.levels[1].accesses, stack.levels[1].misses), (8, 4));
     assert_eq!((stack.dram_read_bytes, stack.dram_write_bytes), (0, 0));
     assert_eq!(counters.flush.dram_write_bytes, 4 * 64);
     // A store is not waited for.
-    assert_eq!(counters.primary.issue.memory_waits, 2);
+    assert_eq!(counters.pass(Pass::Primary).issue.memory_waits, 2);
 }
 
 #[test]
@@ -222,9 +222,9 @@ fn every_counter_is_a_number_or_says_why_not() {
 #[test]
 fn the_counters_are_the_agreed_ones() {
     let agreed = "frame_time_ms fps rays mrays_per_second structure_nodes structure_bytes node_fetches \
-        node_fetches_per_ray primitive_tests primitive_tests_per_ray restarts alu_per_fragment \
+        node_fetches_per_ray node_fetches_per_pixel primitive_tests primitive_tests_per_ray restarts alu_per_fragment \
         alu_issued_per_fragment efu_per_fragment simt_efficiency occupancy sp_memory_read_bytes \
-        sp_memory_read_bytes_per_second texture_memory_read_bytes dram_read_bytes dram_write_bytes l1_accesses \
+        sp_memory_read_bytes_per_second texture_memory_read_bytes vertex_memory_read_bytes dram_read_bytes dram_write_bytes l1_accesses \
         l1_misses l2_accesses l2_misses l1_miss_ratio l2_miss_ratio shader_alu_capacity_utilized time_alus_working \
         shaders_busy stalled_on_system_memory avg_bytes_per_fragment energy_mj power_mw";
     assert!(COUNTERS.iter().map(|counter| counter.id).eq(agreed.split_whitespace()));
@@ -243,7 +243,7 @@ fn progress_hears_of_every_tile() {
         calls.fetch_add(1, Ordering::Relaxed);
         last.fetch_max(done, Ordering::Relaxed);
     };
-    replay(&source, &config(gpu(&[])), &progress).unwrap();
+    replay(&source, &config(gpu(&[])), Maps::Dropped, &progress).unwrap();
     assert_eq!((calls.into_inner(), last.into_inner()), (5, 5));
 }
 

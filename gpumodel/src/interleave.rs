@@ -5,9 +5,10 @@
 //! stores up to its next wait. The order of turns is the order in which the caches see the accesses.
 
 use crate::config::Gpu;
-use crate::counters::{BufferTraffic, PassCounters, ScheduleCounters, TrafficCounters};
+use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::layout::{BufferKind, Buffers};
-use crate::warp::{Pass, Run, TileStream};
+use crate::replay::Maps;
+use crate::warp::{Run, TileStream};
 use cachesim::{Hierarchy, LineId, PathId, Policy, Served};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,14 +17,25 @@ use std::sync::Arc;
 #[derive(Clone, Copy)]
 pub(crate) struct KindPaths {
     pub(crate) ssbo: PathId,
+    pub(crate) texture: PathId,
     pub(crate) private: PathId,
+    pub(crate) vertex: PathId,
 }
 
 impl KindPaths {
-    fn of(&self, kind: BufferKind) -> PathId {
+    /// `ids` are those of [`Paths::as_slices`](crate::Paths::as_slices).
+    pub(crate) fn new(ids: &[PathId]) -> Self {
+        Self { ssbo: ids[0], texture: ids[1], private: ids[2], vertex: ids[3] }
+    }
+
+    /// A compute stage stores into an image as into a storage buffer; it is read as a texture.
+    fn of(&self, kind: BufferKind, write: bool) -> PathId {
         match kind {
             BufferKind::Node | BufferKind::Primitive | BufferKind::Index | BufferKind::Normal => self.ssbo,
+            BufferKind::Image | BufferKind::Attachment if write => self.ssbo,
+            BufferKind::Image | BufferKind::Attachment => self.texture,
             BufferKind::Stack => self.private,
+            BufferKind::Vertex => self.vertex,
         }
     }
 }
@@ -46,6 +58,7 @@ struct Warp {
     stream: Arc<TileStream>,
     next: usize,
     end: usize,
+    number: u32,
 }
 
 /// The cores, their warps, and the caches that they share.
@@ -67,6 +80,12 @@ pub(crate) struct Interleaver {
     /// By key.
     traffic: Vec<BufferTraffic>,
     schedule: ScheduleCounters,
+    /// Lines that each warp read from memory, by its number; empty where no maps are kept.
+    misses: Vec<u32>,
+    /// Lines read from memory since the last turn ended.
+    missed: u64,
+    maps: Maps,
+    next_number: u32,
 }
 
 /// Lines that are gathered, at most, before the caches see them.
@@ -79,9 +98,10 @@ impl Interleaver {
         paths: KindPaths,
         buffers: &Buffers,
         resident_warps: u32,
+        maps: Maps,
     ) -> Self {
         let stacks = (buffers.stack_base_line, buffers.stack_stride_lines);
-        Self::with_stacks(gpu, hierarchy, paths, stacks, resident_warps)
+        Self::with_stacks(gpu, hierarchy, paths, stacks, resident_warps, maps)
     }
 
     /// `stacks`: first line, and lines per resident warp.
@@ -91,11 +111,12 @@ impl Interleaver {
         paths: KindPaths,
         stacks: (u32, u32),
         resident_warps: u32,
+        maps: Maps,
     ) -> Self {
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
-            let path = paths.of(kind);
+            let path = paths.of(kind, write);
             let levels = hierarchy.path(path);
             let first = &gpu.levels().as_slice()[levels[0]];
             // Other policies may evict one line of the run for another, or rank a line anew when it hits.
@@ -123,7 +144,16 @@ impl Interleaver {
             pending_core: 0,
             traffic: vec![BufferTraffic::default(); Run::KEYS],
             schedule: ScheduleCounters::default(),
+            misses: Vec::new(),
+            missed: 0,
+            maps,
+            next_number: 0,
         }
+    }
+
+    /// Lines that each warp read from memory, by its number.
+    pub(crate) fn misses_by_warp(&self) -> &[u32] {
+        &self.misses
     }
 
     /// Queues the warps of a tile.
@@ -131,12 +161,18 @@ impl Interleaver {
         for warp in 0..stream.warp_ends.len() {
             let words = stream.warp(warp);
             self.schedule.warps += 1;
+            let number = self.next_number;
+            self.next_number += 1;
+            if self.maps == Maps::Kept {
+                self.misses.push(0);
+            }
             // A warp that touches no memory takes no turn.
             if !words.is_empty() {
                 self.waiting.push_back(Warp {
                     stream: Arc::clone(stream),
                     next: words.start,
                     end: words.end,
+                    number,
                 });
             }
         }
@@ -150,14 +186,19 @@ impl Interleaver {
         }
     }
 
-    /// Runs to the end of the last warp, then writes dirty lines back.
-    pub(crate) fn finish(mut self) -> ([TrafficCounters; 3], BufferTraffic, ScheduleCounters) {
+    /// Runs to the end of the last warp: what is queued afterwards begins on empty cores.
+    pub(crate) fn drain(&mut self) {
         self.fill();
         while self.occupied.iter().any(|&warps| warps > 0) {
             self.tick();
         }
         self.flush_pending();
-        let mut passes = [TrafficCounters::default(); 3];
+    }
+
+    /// Runs to the end of the last warp, then writes dirty lines back.
+    pub(crate) fn finish(mut self) -> ([TrafficCounters; Pass::COUNT], BufferTraffic, ScheduleCounters) {
+        self.drain();
+        let mut passes = [TrafficCounters::default(); Pass::COUNT];
         for (key, traffic) in self.traffic.iter().enumerate() {
             if let Some((pass, kind, _)) = Run::of_key(key) {
                 *passes[pass as usize].of_mut(kind) += *traffic;
@@ -218,6 +259,10 @@ impl Interleaver {
                 break;
             }
         }
+        if self.maps == Maps::Kept {
+            self.flush_pending();
+            self.misses[warp.number as usize] += std::mem::take(&mut self.missed) as u32;
+        }
         if warp.next < warp.end {
             self.resident[first + slot] = Some(warp);
         } else {
@@ -255,6 +300,7 @@ impl Interleaver {
         }
     }
 
+    /// Lets the caches see what has been gathered.
     fn flush_pending(&mut self) {
         let Some(route) = self.routes[self.pending_key].filter(|_| !self.pending.is_empty()) else {
             return;
@@ -272,13 +318,8 @@ impl Interleaver {
         }
         traffic.dram_read_bytes += memory.read_bytes;
         traffic.dram_write_bytes += memory.write_bytes;
+        self.missed += memory.reads;
         self.pending.clear();
-    }
-}
-
-impl PassCounters {
-    pub(crate) fn of(stream: &TileStream, pass: Pass) -> Self {
-        Self { issue: stream.issue[pass as usize], traffic: TrafficCounters::default() }
     }
 }
 
@@ -325,8 +366,7 @@ mod tests {
     fn interleaver(resident: u32) -> Interleaver {
         let machine = gpu(&[]);
         let (hierarchy, paths) = Hierarchy::with_paths(machine.levels(), &machine.paths.as_slices()).unwrap();
-        let kind_paths = KindPaths { ssbo: paths[0], private: paths[2] };
-        Interleaver::with_stacks(&machine, hierarchy, kind_paths, (1000, 10), resident)
+        Interleaver::with_stacks(&machine, hierarchy, KindPaths::new(&paths), (1000, 10), resident, Maps::Dropped)
     }
 
     #[test]
@@ -348,7 +388,7 @@ mod tests {
         let stack: &[(BufferKind, u32)] = &[(BufferKind::Stack, 0)];
         interleaver.push(&stream(&[stack; 8]));
         let (passes, _, _) = interleaver.finish();
-        assert_eq!(passes[0].stack.levels[1].misses, 8);
+        assert_eq!(passes[Pass::Primary as usize].stack.levels[1].misses, 8);
     }
 
     #[test]
@@ -357,7 +397,7 @@ mod tests {
         let stack: &[(BufferKind, u32)] = &[(BufferKind::Stack, 0)];
         interleaver.push(&stream(&[stack; 8]));
         let (passes, _, _) = interleaver.finish();
-        assert_eq!((passes[0].stack.levels[1].accesses, passes[0].stack.levels[1].misses), (8, 4));
+        assert_eq!((passes[Pass::Primary as usize].stack.levels[1].accesses, passes[Pass::Primary as usize].stack.levels[1].misses), (8, 4));
     }
 
     #[test]

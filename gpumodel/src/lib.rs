@@ -10,6 +10,7 @@ mod config;
 mod counters;
 mod error;
 mod estimate;
+mod geometry;
 mod interleave;
 mod layout;
 #[cfg(test)]
@@ -19,14 +20,15 @@ mod schedule;
 mod warp;
 
 pub use config::{
-    BuiltinGpu, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu, Identity, LoadStore, Output,
-    Paths, Provenance, Registers, ShaderCores, ShaderCosts, SharedCosts, Tag, TraversalCosts,
+    Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu,
+    Identity, LoadStore, Output, Paths, Present, Provenance, Raster, Registers, ShaderCores, ShaderCosts,
+    SharedCosts, Stage, TECHNIQUES, Tag, Technique, Tiler, TraversalCosts,
 };
 pub use counters::{
-    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, IssueCounters, PassCounters,
-    ScheduleCounters, TrafficCounters, Value,
+    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,
+    PassCounters, ScheduleCounters, TrafficCounters, Value,
 };
 pub use error::Error;
 pub use estimate::{Bound, Estimate, LeftOut, PassEstimate, estimate};
-pub use layout::{Field, NodeLayout, NodeOrder, PrimitiveLayout};
-pub use replay::{ReplayConfig, Replayed, replay};
+pub use layout::{Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
+pub use replay::{Maps, ReplayConfig, Replayed, replay, replay_all};

@@ -1,7 +1,7 @@
 //! Hand-written traces for tests.
 
-use crate::config::{Gpu, ShaderCosts};
-use crate::layout::{NodeOrder, PrimitiveLayout};
+use crate::config::{Gpu, ShaderCosts, Technique};
+use crate::layout::{NodeOrder, NodeRecords, PrimitiveLayout};
 use crate::replay::ReplayConfig;
 use tracer::{
     Accel, Frame, LoopStructure, NodeFetch, Op, RayKind, RaySet, Step, TILE_RAYS, Tile, TileSource, Topology,
@@ -98,7 +98,14 @@ pub(crate) fn config(gpu: Gpu) -> ReplayConfig {
     ReplayConfig {
         gpu,
         costs: ShaderCosts::builtin().expect("the built-in costs are valid"),
+        technique: technique("fragment"),
         primitive_layout: PrimitiveLayout::Padded,
+        primitive_order: None,
+        node_records: NodeRecords::Packed,
         node_order: NodeOrder::AsBuilt,
     }
+}
+
+pub(crate) fn technique(name: &str) -> Technique {
+    Technique::builtin(name).expect("it is built in").expect("it is valid")
 }

@@ -1,20 +1,25 @@
 //! From a trace to a frame's counters.
 //!
-//! Tiles are replayed in parallel, in batches that bound the memory; the interleaver takes one batch in order while the
-//! next is made. Its order of accesses depends on the tiles alone, so the counters do not depend on the threads.
+//! Tiles are replayed in parallel, in batches that bound the memory; the interleavers take one batch in order while the
+//! next is made. The order of accesses depends on the tiles alone, so the counters do not depend on the threads.
+//!
+//! Variants of a frame (layouts, techniques, GPUs) are replayed side by side: a tile is decoded once, and run in lockstep once for all
+//! variants whose warps have the same shape.
 
-use crate::config::{Gpu, ShaderCosts};
-use crate::counters::{FrameCounters, HeatMap, PassCounters};
+use crate::config::{Gpu, ShaderCosts, Technique};
+use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters};
 use crate::error::Error;
+use crate::geometry;
 use crate::interleave::{Interleaver, KindPaths};
-use crate::layout::{Buffers, NodeOrder, PrimitiveLayout};
-use crate::schedule::resident_warps;
-use crate::warp::{Pass, Program, TileReplay, TileStream};
+use crate::layout::{Buffers, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
+use crate::schedule::{HELPER, LaneMap, resident_warps};
+use crate::warp::{Emitter, Program, Stepper, TileStream};
 use cachesim::Hierarchy;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use tracer::{Frame, Tile, TileRect, TileSource, TraceHeader};
+use tracer::{Frame, Tile, TileDraw, TileRect, TileSource, TraceHeader};
 
 /// Tiles of a batch per thread.
 const TILES_PER_THREAD: u32 = 4;
@@ -26,8 +31,14 @@ pub struct ReplayConfig {
     pub gpu: Gpu,
     /// The shader.
     pub costs: ShaderCosts,
+    /// The passes.
+    pub technique: Technique,
     /// How triangles lie in memory.
     pub primitive_layout: PrimitiveLayout,
+    /// Where the triangles of a leaf lie; `None` for what the structure uses, [`PrimitiveOrder::of`].
+    pub primitive_order: Option<PrimitiveOrder>,
+    /// What a node record holds.
+    pub node_records: NodeRecords,
     /// In which order nodes lie in memory.
     pub node_order: NodeOrder,
 }
@@ -37,12 +48,21 @@ pub struct ReplayConfig {
 pub struct Replayed {
     /// All sums.
     pub counters: FrameCounters,
-    /// Node fetches of each pixel, by all of its rays.
-    pub node_fetches: HeatMap,
+    /// What each pixel cost, where it was asked for.
+    pub maps: Option<HeatMaps>,
     /// Bytes of the tree's node records.
     pub structure_bytes: u64,
     /// Warps that a core holds at once.
     pub resident_warps: u32,
+}
+
+/// Whether a replay also keeps what each pixel cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Maps {
+    /// It does, at some cost in time.
+    Kept,
+    /// It does not.
+    Dropped,
 }
 
 /// Replays all tiles of `source`; `progress` hears how many of how many are done.
@@ -52,73 +72,318 @@ pub struct Replayed {
 pub fn replay<S: TileSource>(
     source: &S,
     config: &ReplayConfig,
+    maps: Maps,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Replayed, Error> {
+    let mut replayed = replay_all(source, std::slice::from_ref(config), maps, progress)?;
+    Ok(replayed.remove(0))
+}
+
+/// Replays all tiles of `source` on each of `configs`; as [`replay`] for each, in less time.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_all<S: TileSource>(
+    source: &S,
+    configs: &[ReplayConfig],
+    maps: Maps,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Vec<Replayed>, Error> {
     let header = source.header();
-    let gpu = &config.gpu;
-    let resident_warps = resident_warps(gpu, registers(header, config)?, header)?;
-    let refused = |error: cachesim::Error| Error::Config {
-        file: gpu.name().to_owned(),
-        line: None,
-        key: "paths: ".to_owned(),
-        problem: error.to_string(),
-        remedy: "correct [paths]".to_owned(),
-    };
-    let (hierarchy, ids) = Hierarchy::with_paths(gpu.levels(), &gpu.paths.as_slices()).map_err(refused)?;
-    let paths = KindPaths { ssbo: ids[0], private: ids[2] };
-    let buffers = Buffers::new(
-        source,
-        config,
-        gpu.cores.count * resident_warps,
-        hierarchy.granule(paths.ssbo),
-        hierarchy.granule(paths.private),
-    )?;
-    let program = Program::new(header, &buffers, config)?;
-    let mut interleaver = Interleaver::new(gpu, hierarchy, paths, &buffers, resident_warps);
+    let mut variants =
+        configs.iter().map(|config| Variant::new(source, config, maps)).collect::<Result<Vec<_>, _>>()?;
+    let workshop = Workshop::new(header, &variants, maps);
 
     let tiles = header.frame.tiles();
     let done = AtomicU64::new(0);
-    let make = |batch: std::ops::Range<u32>| -> Result<Vec<(TileRect, Arc<TileStream>)>, Error> {
-        let scratch = || (Tile::default(), TileReplay::new(&program));
-        let one = |(tile, replay): &mut (Tile, TileReplay<'_>), index: u32| {
-            source.tile(index, tile)?;
-            let rect = header.frame.tile(index);
-            let stream = replay.run(tile, rect)?;
+    let make = |batch: Range<u32>| -> Result<Vec<MadeTile>, Error> {
+        let one = |bench: &mut Bench, index: u32| {
+            let made = workshop.tile(source, bench, index)?;
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, u64::from(tiles));
-            Ok((rect, Arc::new(stream)))
+            Ok(made)
         };
-        batch.into_par_iter().map_init(scratch, one).collect()
+        batch.into_par_iter().map_init(|| workshop.bench(), one).collect()
     };
 
     let batch_tiles = TILES_PER_THREAD * rayon::current_num_threads() as u32;
-    let mut counters = FrameCounters::default();
-    let mut node_fetches = empty_map(header.frame);
     let mut batch = make(0..batch_tiles.min(tiles))?;
     let mut next = batch_tiles.min(tiles);
+    let mut draws: Vec<Vec<TileDraw>> = Vec::new();
     while !batch.is_empty() {
         let end = next.saturating_add(batch_tiles).min(tiles);
         let (made, ()) = rayon::join(
             || make(next..end),
             || {
-                for (rect, stream) in &batch {
-                    add_tile(&mut counters, &mut node_fetches, *rect, stream);
-                    interleaver.push(stream);
-                    interleaver.run_ahead();
-                }
+                variants.par_iter_mut().enumerate().for_each(|(index, variant)| {
+                    for tile in &batch {
+                        variant.take(tile.rect, &tile.variants[index]);
+                    }
+                });
+                draws.extend(batch.iter_mut().map(|tile| std::mem::take(&mut tile.draws)));
             },
         );
         batch = made?;
         next = end;
     }
+    variants.into_par_iter().map(|variant| variant.finish(source, &draws)).collect()
+}
 
-    let ([primary, shadow, output], flush, schedule) = interleaver.finish();
-    counters.primary.traffic = primary;
-    counters.shadow.traffic = shadow;
-    counters.output.traffic = output;
-    counters.flush = flush;
-    counters.schedule = schedule;
-    counters.stalls = source.stalls();
-    Ok(Replayed { counters, node_fetches, structure_bytes: buffers.structure_bytes, resident_warps })
+/// What a tile is on one variant.
+struct VariantTile {
+    stream: Arc<TileStream>,
+    /// Per ray of the tile, where maps are kept.
+    node_fetches: Vec<u32>,
+    loaded_bytes: Vec<u32>,
+}
+
+struct MadeTile {
+    rect: TileRect,
+    draws: Vec<TileDraw>,
+    /// By variant.
+    variants: Vec<VariantTile>,
+}
+
+/// What all threads need to make tiles for all variants.
+struct Workshop<'a> {
+    header: &'a TraceHeader,
+    programs: Vec<Arc<Program>>,
+    /// Variants whose warps have the same shape share a lane map.
+    shapes: Vec<Shape>,
+    maps: Maps,
+    /// Some variant rasterises the geometry.
+    rasters: bool,
+}
+
+struct Shape {
+    lane_map: LaneMap,
+    /// Ray sets that any of its variants traces.
+    wanted: Vec<bool>,
+    variants: Vec<usize>,
+}
+
+/// One thread's means.
+struct Bench {
+    tile: Tile,
+    stepper: Stepper,
+    /// By variant.
+    emitters: Vec<Emitter>,
+}
+
+impl<'a> Workshop<'a> {
+    fn new(header: &'a TraceHeader, variants: &[Variant<'_>], maps: Maps) -> Self {
+        let mut shapes: Vec<Shape> = Vec::new();
+        for (index, variant) in variants.iter().enumerate() {
+            let wanted = variant.program.wanted();
+            match shapes.iter_mut().find(|shape| shape.lane_map == variant.lane_map) {
+                Some(shape) => {
+                    shape.variants.push(index);
+                    shape.wanted.iter_mut().zip(wanted).for_each(|(any, this)| *any |= this);
+                }
+                None => {
+                    let lane_map = variant.lane_map.clone();
+                    shapes.push(Shape { lane_map, wanted, variants: vec![index] });
+                }
+            }
+        }
+        let programs = variants.iter().map(|variant| Arc::clone(&variant.program)).collect();
+        let rasters = variants.iter().any(|variant| variant.config.technique.raster.is_some());
+        Self { header, programs, shapes, maps, rasters }
+    }
+
+    fn bench(&self) -> Bench {
+        let emitters = self.programs.iter().map(|_| Emitter::new()).collect();
+        Bench { tile: Tile::default(), stepper: Stepper::new(), emitters }
+    }
+
+    fn tile<S: TileSource>(&self, source: &S, bench: &mut Bench, index: u32) -> Result<MadeTile, Error> {
+        let Bench { tile, stepper, emitters } = bench;
+        source.tile(index, tile)?;
+        let rect = self.header.frame.tile(index);
+        check(self.header, tile, rect.width * rect.height)?;
+        let mut streams: Vec<Option<TileStream>> = self.programs.iter().map(|_| None).collect();
+        for Shape { lane_map, wanted, variants } in &self.shapes {
+            let emit = |warp: &crate::warp::WarpSteps| {
+                variants
+                    .iter()
+                    .try_for_each(|&variant| emitters[variant].trace(&self.programs[variant], warp, index, rect))
+            };
+            let tally = stepper
+                .run(self.header, wanted, lane_map, (tile, rect), emit)
+                .map_err(|problem| refuse(self.header, problem))?;
+            for &variant in variants {
+                streams[variant] = Some(emitters[variant].take(&self.programs[variant], &tally));
+            }
+        }
+        let variants = streams.into_iter().zip(&self.programs).map(|(stream, program)| {
+            let (node_fetches, loaded_bytes) = match self.maps {
+                Maps::Kept => per_ray(tile, program, rect.width * rect.height),
+                Maps::Dropped => (Vec::new(), Vec::new()),
+            };
+            VariantTile { stream: Arc::new(stream.unwrap_or_default()), node_fetches, loaded_bytes }
+        });
+        let variants = variants.collect();
+        let draws = if self.rasters { std::mem::take(&mut tile.draws) } else { Vec::new() };
+        Ok(MadeTile { rect, draws, variants })
+    }
+}
+
+/// Node records and bytes that each ray of a tile, and all rays that follow from it, read.
+fn per_ray(tile: &Tile, program: &Program, rays: u32) -> (Vec<u32>, Vec<u32>) {
+    let wanted = program.wanted();
+    let of_ray = |ray: usize| {
+        let sets = tile.ray_sets.iter().zip(&wanted).filter(|&(_, &wanted)| wanted).map(|(set, _)| set);
+        let steps = sets.flat_map(|set| &set.steps[set.range(ray)]);
+        steps.fold((0_u32, 0_u32), |(records, bytes), step| {
+            let (op, id) = (step.op(), step.id());
+            (records + program.records(op, id), bytes.saturating_add(program.loaded_bytes(op, id)))
+        })
+    };
+    (0..rays as usize).map(of_ray).unzip()
+}
+
+/// Checks what lockstep relies on.
+fn check(header: &TraceHeader, tile: &Tile, rays: u32) -> Result<(), Error> {
+    let (expected, found) = (header.ray_sets.len(), tile.ray_sets.len());
+    if found != expected {
+        return Err(refuse(header, format!("a tile has {found} ray sets, expected {expected}")));
+    }
+    for set in &tile.ray_sets {
+        let ends_rise = set.ends.is_sorted();
+        let last = set.ends.last().copied().unwrap_or(0) as usize;
+        let complete = set.ends.len() == rays as usize && set.hits.len() == rays as usize;
+        if !(ends_rise && complete && last <= set.steps.len()) {
+            let problem = format!(
+                "a ray set of a tile of {rays} rays has {} ends, {} hits and {} steps up to {last}",
+                set.ends.len(),
+                set.hits.len(),
+                set.steps.len()
+            );
+            return Err(refuse(header, problem));
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn refuse(header: &TraceHeader, problem: impl Into<String>) -> Error {
+    Error::Trace {
+        scene: header.scene.clone(),
+        problem: problem.into(),
+        remedy: "record the trace again".to_owned(),
+    }
+}
+
+/// A configuration at work.
+struct Variant<'a> {
+    config: &'a ReplayConfig,
+    program: Arc<Program>,
+    lane_map: LaneMap,
+    interleaver: Interleaver,
+    resident_warps: u32,
+    counters: FrameCounters,
+    maps: Option<HeatMaps>,
+}
+
+impl<'a> Variant<'a> {
+    fn new<S: TileSource>(source: &S, config: &'a ReplayConfig, maps: Maps) -> Result<Self, Error> {
+        let header = source.header();
+        if config.technique.raster.is_some() {
+            geometry::check(header)?;
+        }
+        let gpu = &config.gpu;
+        let resident_warps = resident_warps(gpu, registers(header, config)?, header)?;
+        let refused = |error: cachesim::Error| Error::Config {
+            file: gpu.name().to_owned(),
+            line: None,
+            key: "paths: ".to_owned(),
+            problem: error.to_string(),
+            remedy: "correct [paths]".to_owned(),
+        };
+        let (hierarchy, ids) = Hierarchy::with_paths(gpu.levels(), &gpu.paths.as_slices()).map_err(refused)?;
+        let paths = KindPaths::new(&ids);
+        let buffers = Buffers::new(
+            source,
+            config,
+            gpu.cores.count * resident_warps,
+            hierarchy.granule(paths.ssbo),
+            hierarchy.granule(paths.private),
+        )?;
+        let interleaver = Interleaver::new(gpu, hierarchy, paths, &buffers, resident_warps, maps);
+        let program = Arc::new(Program::new(header, buffers, config)?);
+        let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
+        let empty = || empty_map(header.frame);
+        let maps = (maps == Maps::Kept).then(|| HeatMaps {
+            node_fetches: empty(),
+            loaded_bytes: empty(),
+            warp_misses: empty(),
+        });
+        let counters = FrameCounters::default();
+        Ok(Self { config, program, lane_map, interleaver, resident_warps, counters, maps })
+    }
+
+    /// Takes the next tile of the traced pass.
+    fn take(&mut self, rect: TileRect, tile: &VariantTile) {
+        add_issue(&mut self.counters, &tile.stream);
+        if let Some(maps) = &mut self.maps {
+            paint(&mut maps.node_fetches, rect, &tile.node_fetches);
+            paint(&mut maps.loaded_bytes, rect, &tile.loaded_bytes);
+        }
+        self.interleaver.push(&tile.stream);
+        self.interleaver.run_ahead();
+    }
+
+    fn finish<S: TileSource>(mut self, source: &S, draws: &[Vec<TileDraw>]) -> Result<Replayed, Error> {
+        let header = source.header();
+        let frame = header.frame;
+        self.interleaver.drain();
+        if let Some(maps) = &mut self.maps {
+            paint_warps(&mut maps.warp_misses, frame, &self.lane_map, self.interleaver.misses_by_warp());
+        }
+        if let Some(raster) = self.config.technique.raster {
+            let Self { config, program, interleaver, counters, .. } = &mut self;
+            geometry::run(header, draws, config, raster, program, &mut |stream| {
+                add_issue(counters, &stream);
+                interleaver.push(&Arc::new(stream));
+                interleaver.run_ahead();
+            })?;
+        }
+        if self.config.technique.present.is_some() {
+            self.present(frame);
+        }
+        let Self { program, interleaver, resident_warps, mut counters, maps, .. } = self;
+        let (traffic, flush, schedule) = interleaver.finish();
+        for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
+            pass.traffic = traffic;
+        }
+        counters.flush = flush;
+        counters.schedule = schedule;
+        counters.stalls = source.stalls();
+        Ok(Replayed { counters, maps, structure_bytes: program.buffers.structure_bytes, resident_warps })
+    }
+
+    /// The full-screen quad that draws the image of a compute stage.
+    fn present(&mut self, frame: Frame) {
+        let Self { config, program, interleaver, counters, .. } = self;
+        let lane_map = LaneMap::new(&config.gpu, frame, crate::config::Stage::Fragment);
+        let mut emitter = Emitter::new();
+        for index in 0..frame.tiles() {
+            let rect = frame.tile(index);
+            let (mut warps, mut lanes) = (0, 0);
+            for rays in lane_map.warps(rect) {
+                emitter.present(program, &rays, index, rect);
+                warps += 1;
+                lanes += rays.iter().filter(|&&ray| ray != HELPER).count() as u64;
+            }
+            let issue = emitter.issue(Pass::Present);
+            let mut cost = config.costs.shared.present;
+            cost += config.costs.shared.address;
+            program.spend(cost, warps, lanes, issue);
+            issue.output_bytes += lanes * u64::from(config.gpu.output.bytes_per_pixel);
+            let stream = emitter.take(program, &Default::default());
+            add_issue(counters, &stream);
+            interleaver.push(&Arc::new(stream));
+            interleaver.run_ahead();
+        }
+    }
 }
 
 /// Registers of four words per lane, those of a short stack among them.
@@ -135,13 +400,32 @@ fn empty_map(frame: Frame) -> HeatMap {
     HeatMap { width, height, values: vec![0; frame.rays() as usize] }
 }
 
-fn add_tile(counters: &mut FrameCounters, map: &mut HeatMap, rect: TileRect, stream: &TileStream) {
-    counters.primary += PassCounters::of(stream, Pass::Primary);
-    counters.shadow += PassCounters::of(stream, Pass::Shadow);
-    counters.output += PassCounters::of(stream, Pass::Output);
-    let rows = stream.node_fetches.chunks_exact(rect.width as usize);
-    for (y, row) in (rect.y as usize..).zip(rows) {
+fn add_issue(counters: &mut FrameCounters, stream: &TileStream) {
+    for (sum, &issue) in counters.passes.iter_mut().zip(&stream.issue) {
+        *sum += PassCounters { issue, ..PassCounters::default() };
+    }
+}
+
+fn paint(map: &mut HeatMap, rect: TileRect, values: &[u32]) {
+    for (y, row) in (rect.y as usize..).zip(values.chunks_exact(rect.width as usize)) {
         let start = y * map.width as usize + rect.x as usize;
         map.values[start..start + row.len()].copy_from_slice(row);
+    }
+}
+
+/// Gives every pixel the figure of its warp; `by_warp` is in the order of tiles and of their warps.
+fn paint_warps(map: &mut HeatMap, frame: Frame, lane_map: &LaneMap, by_warp: &[u32]) {
+    let mut figures = by_warp.iter();
+    let mut values = Vec::new();
+    for index in 0..frame.tiles() {
+        let rect = frame.tile(index);
+        values.clear();
+        values.resize((rect.width * rect.height) as usize, 0);
+        for (rays, &figure) in lane_map.warps(rect).zip(figures.by_ref()) {
+            for ray in rays.into_iter().filter(|&ray| ray != HELPER) {
+                values[ray as usize] = figure;
+            }
+        }
+        paint(map, rect, &values);
     }
 }

@@ -1,7 +1,8 @@
 //! Does a replay of the real tracer count what the tracer counts, and the same on any number of threads?
 
 use gpumodel::{
-    Gpu, NodeOrder, PrimitiveLayout, ReplayConfig, Replayed, ShaderCosts, Value, estimate, replay,
+    Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, Replayed, ShaderCosts, Technique, Value,
+    estimate, replay,
 };
 use scenes::{Light, Scene, Vec3};
 use tracer::{
@@ -16,9 +17,16 @@ fn config(layout: PrimitiveLayout) -> ReplayConfig {
     ReplayConfig {
         gpu: Gpu::builtin("adreno-540").expect("built in").expect("sound"),
         costs: ShaderCosts::builtin().expect("sound"),
+        technique: technique("fragment"),
         primitive_layout: layout,
+        primitive_order: None,
+        node_records: NodeRecords::Packed,
         node_order: NodeOrder::DepthFirst,
     }
+}
+
+fn technique(name: &str) -> Technique {
+    Technique::builtin(name).expect("built in").expect("sound")
 }
 
 struct Traced {
@@ -78,16 +86,17 @@ fn every_traversal_and_layout_counts_the_work_of_the_tracer() {
         let traced = Traced::new(traversal);
         let (work, rays) = traced.work();
         for layout in PrimitiveLayout::ALL {
-            let replayed = replay(&traced.frame(), &config(layout), &|_, _| {}).expect("a real trace");
+            let replayed = replay(&traced.frame(), &config(layout), Maps::Kept, &|_, _| {}).expect("a real trace");
             let total = replayed.counters.total().issue;
             assert_eq!(total.rays, rays, "{traversal:?} {layout:?}");
             assert_eq!(total.node_fetches, work.node_fetches, "{traversal:?} {layout:?}");
             assert_eq!(total.primitive_tests, work.primitive_tests, "{traversal:?} {layout:?}");
             assert_eq!(total.restarts, work.restarts, "{traversal:?} {layout:?}");
             assert_eq!((total.pushes, total.pops), (work.pushes, work.pops), "{traversal:?} {layout:?}");
-            let of_pixels: u64 = replayed.node_fetches.values.iter().map(|&fetches| u64::from(fetches)).sum();
+            let maps = replayed.maps.expect("kept");
+            let of_pixels: u64 = maps.node_fetches.values.iter().map(|&fetches| u64::from(fetches)).sum();
             assert_eq!(of_pixels, work.node_fetches);
-            assert_eq!(replayed.node_fetches.values.len(), (SIZE.0 * SIZE.1) as usize);
+            assert_eq!(maps.node_fetches.values.len(), (SIZE.0 * SIZE.1) as usize);
         }
     }
 }
@@ -97,8 +106,8 @@ fn accesses_add_up_from_lanes_to_memory() {
     for traversal in Traversal::ALL {
         let traced = Traced::new(traversal);
         let counters =
-            replay(&traced.frame(), &config(PrimitiveLayout::Split), &|_, _| {}).expect("valid").counters;
-        for pass in counters.passes() {
+            replay(&traced.frame(), &config(PrimitiveLayout::Split), Maps::Kept, &|_, _| {}).expect("valid").counters;
+        for pass in &counters.passes {
             let traffic = pass.traffic.total();
             let uche = traffic.levels[1];
             assert_eq!(
@@ -116,12 +125,12 @@ fn accesses_add_up_from_lanes_to_memory() {
 fn one_two_and_three_threads_count_the_same() {
     for traversal in [Traversal::BvhStack, Traversal::KdBacktrack] {
         let traced = Traced::new(traversal);
-        let run = || replay(&traced.frame(), &config(PrimitiveLayout::Padded), &|_, _| {}).expect("valid");
+        let run = || replay(&traced.frame(), &config(PrimitiveLayout::Padded), Maps::Kept, &|_, _| {}).expect("valid");
         let one = on_threads(1, run);
         for threads in [2, 3] {
             let many = on_threads(threads, run);
             assert_eq!(one.counters, many.counters, "{threads} threads");
-            assert_eq!(one.node_fetches, many.node_fetches, "{threads} threads");
+            assert_eq!(one.maps, many.maps, "{threads} threads");
         }
     }
 }
@@ -164,17 +173,17 @@ fn a_replay_does_not_care_where_its_tiles_come_from() {
     }
     let recorded = Recorded { frame: &frame, tiles };
     let config = config(PrimitiveLayout::Compact);
-    let live = replay(&frame, &config, &|_, _| {}).expect("valid");
-    let again = replay(&recorded, &config, &|_, _| {}).expect("valid");
+    let live = replay(&frame, &config, Maps::Kept, &|_, _| {}).expect("valid");
+    let again = replay(&recorded, &config, Maps::Kept, &|_, _| {}).expect("valid");
     assert_eq!(live.counters, again.counters);
-    assert_eq!(live.node_fetches, again.node_fetches);
+    assert_eq!(live.maps, again.maps);
 }
 
 #[test]
 fn a_compact_layout_costs_operations_and_a_split_one_none() {
     let traced = Traced::new(Traversal::BvhStack);
     let operations = |layout| {
-        let replayed = replay(&traced.frame(), &config(layout), &|_, _| {}).expect("valid");
+        let replayed = replay(&traced.frame(), &config(layout), Maps::Kept, &|_, _| {}).expect("valid");
         let issue = replayed.counters.total().issue;
         (issue.alu_active, issue.shaded)
     };
@@ -189,7 +198,7 @@ fn an_estimate_names_its_bound_its_assumptions_and_what_is_left_out() {
     let traced = Traced::new(Traversal::BvhStack);
     let frame = traced.frame();
     let config = config(PrimitiveLayout::Padded);
-    let replayed = replay(&frame, &config, &|_, _| {}).expect("valid");
+    let replayed = replay(&frame, &config, Maps::Kept, &|_, _| {}).expect("valid");
     let estimate = estimate(&replayed, frame.header(), frame.topology(), &config);
     assert!(estimate.bounds.iter().any(|bound| bound.name == estimate.deciding_bound));
     assert!(!estimate.assumptions.is_empty() && !estimate.left_out.is_empty());

@@ -47,6 +47,18 @@ pub struct SharedCosts {
     pub compact_normal: Cost,
     /// Making a shadow ray.
     pub shadow_ray: Cost,
+    /// Transforming the position of a vertex, for binning.
+    pub vertex_position: Cost,
+    /// Transforming a vertex.
+    pub vertex: Cost,
+    /// A rasterised fragment: its normal, encoded.
+    pub geometry: Cost,
+    /// The position of a rasterised hit, from its depth.
+    pub unproject: Cost,
+    /// Shading a rasterised hit with its encoded normal.
+    pub decode_normal: Cost,
+    /// Reading an image as a texture.
+    pub present: Cost,
     /// Making the colour.
     pub output: Cost,
     /// Per load or store.
@@ -97,6 +109,12 @@ struct SharedFile {
     shade: CostFile,
     compact_normal: CostFile,
     shadow_ray: CostFile,
+    vertex_position: CostFile,
+    vertex: CostFile,
+    geometry: CostFile,
+    unproject: CostFile,
+    decode_normal: CostFile,
+    present: CostFile,
     output: CostFile,
     address: CostFile,
     r#loop: CostFile,
@@ -147,6 +165,12 @@ impl ShaderCosts {
                 shade: cost("shared.shade", &raw.shared.shade)?,
                 compact_normal: cost("shared.compact_normal", &raw.shared.compact_normal)?,
                 shadow_ray: cost("shared.shadow_ray", &raw.shared.shadow_ray)?,
+                vertex_position: cost("shared.vertex_position", &raw.shared.vertex_position)?,
+                vertex: cost("shared.vertex", &raw.shared.vertex)?,
+                geometry: cost("shared.geometry", &raw.shared.geometry)?,
+                unproject: cost("shared.unproject", &raw.shared.unproject)?,
+                decode_normal: cost("shared.decode_normal", &raw.shared.decode_normal)?,
+                present: cost("shared.present", &raw.shared.present)?,
                 output: cost("shared.output", &raw.shared.output)?,
                 address: cost("shared.address", &raw.shared.address)?,
                 trip: cost("shared.loop", &raw.shared.r#loop)?,

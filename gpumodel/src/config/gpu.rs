@@ -1,6 +1,6 @@
 //! A GPU, described and checked.
 
-use super::gpu_file::{CacheFile, FullWord, GpuFile, Per, PolicyFile, WaysFile};
+use super::gpu_file::{CacheFile, FullWord, GpuFile, Per, PolicyFile, TilerFile, WaysFile};
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
 use crate::error::Error;
 use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineSize, Policy, Ways};
@@ -45,6 +45,8 @@ pub struct Gpu {
     pub paths: Paths,
     /// System memory.
     pub dram: Dram,
+    /// Rasterisation in bins.
+    pub tiler: Tiler,
     /// The colour buffer.
     pub output: Output,
     levels: Levels,
@@ -150,6 +152,8 @@ pub struct Paths {
     pub texture: Vec<usize>,
     /// Memory private to a lane.
     pub private: Vec<usize>,
+    /// Vertices for rasterisation.
+    pub vertex: Vec<usize>,
 }
 
 /// System memory.
@@ -161,6 +165,23 @@ pub struct Dram {
     pub efficiency: f64,
     /// Seconds that a miss of the last cache waits.
     pub latency_seconds: f64,
+}
+
+/// Rasterisation in bins: parts of the screen that fit into tile memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tiler {
+    /// Tile memory of the whole GPU.
+    pub tile_memory_bytes: u32,
+    /// Width and height of a bin are multiples of these.
+    pub bin_alignment: [u32; 2],
+    /// In the list of a bin, bits for every triangle drawn, inside the bin or not.
+    pub list_bits_per_triangle: u32,
+    /// In the list of a bin, bytes for every triangle inside it.
+    pub list_bytes_per_entry: u32,
+    /// Triangles set up per clock.
+    pub triangles_per_clock: f64,
+    /// Covered pixels tested and written per clock.
+    pub pixels_per_clock: f64,
 }
 
 /// The colour buffer.
@@ -192,6 +213,7 @@ impl Gpu {
             ssbo: path("paths.ssbo", &raw.paths.ssbo)?,
             texture: path("paths.texture", &raw.paths.texture)?,
             private: path("paths.private", &raw.paths.private)?,
+            vertex: path("paths.vertex", &raw.paths.vertex)?,
         };
         Hierarchy::with_paths(&levels, &paths.as_slices()).map_err(|error| {
             let remedy = "correct [paths] or the order of the [[cache]] tables";
@@ -230,6 +252,7 @@ impl Gpu {
                 efficiency: file.within("dram.efficiency", &raw.dram.efficiency, 0.01..=1.0)?,
                 latency_seconds: file.within("dram.latency_ns", &raw.dram.latency_ns, RATE)? * 1e-9,
             },
+            tiler: tiler(&file, &raw.tiler)?,
             output: Output {
                 bytes_per_pixel: file.within(
                     "output.bytes_per_pixel",
@@ -271,10 +294,32 @@ impl Gpu {
 }
 
 impl Paths {
-    /// As the cache simulator takes them: storage buffers, textures, private memory.
-    pub(crate) fn as_slices(&self) -> [&[usize]; 3] {
-        [&self.ssbo, &self.texture, &self.private]
+    /// As the cache simulator takes them: storage buffers, textures, private memory, vertices.
+    pub(crate) fn as_slices(&self) -> [&[usize]; 4] {
+        [&self.ssbo, &self.texture, &self.private, &self.vertex]
     }
+}
+
+fn tiler(file: &File<'_>, raw: &TilerFile) -> Result<Tiler, Error> {
+    let key = "tiler.bin_alignment";
+    let bin_alignment = *file.sourced(key, &raw.bin_alignment)?;
+    if bin_alignment.iter().any(|&edge| edge == 0 || edge > 4096 || !edge.is_multiple_of(tracer::TILE_EDGE)) {
+        let [width, height] = bin_alignment;
+        let problem =
+            format!("is [{width}, {height}], expected two multiples of {} up to 4096", tracer::TILE_EDGE);
+        let remedy = "round the figures up: triangles are listed by tiles of that edge";
+        return Err(file.refuse(key, &raw.bin_alignment.value.span(), problem, remedy));
+    }
+    let count = |key: &str, figure: &Sourced<u32>| file.within(&format!("tiler.{key}"), figure, 0..=4096);
+    let rate = |key: &str, figure: &Sourced<f64>| file.within(&format!("tiler.{key}"), figure, RATE);
+    Ok(Tiler {
+        tile_memory_bytes: file.within("tiler.tile_memory_bytes", &raw.tile_memory_bytes, 1..=1 << 30)?,
+        bin_alignment,
+        list_bits_per_triangle: count("list_bits_per_triangle", &raw.list_bits_per_triangle)?,
+        list_bytes_per_entry: count("list_bytes_per_entry", &raw.list_bytes_per_entry)?,
+        triangles_per_clock: rate("triangles_per_clock", &raw.triangles_per_clock)?,
+        pixels_per_clock: rate("pixels_per_clock", &raw.pixels_per_clock)?,
+    })
 }
 
 fn warp_pixels(file: &File<'_>, figure: &Sourced<[u32; 2]>, warp_width: u32) -> Result<[u32; 2], Error> {

@@ -17,6 +17,7 @@ pub(super) struct GpuFile {
     pub(super) cache: Vec<CacheFile>,
     pub(super) paths: PathsFile,
     pub(super) dram: DramFile,
+    pub(super) tiler: TilerFile,
     pub(super) output: OutputFile,
 }
 
@@ -111,6 +112,7 @@ pub(super) struct PathsFile {
     pub(super) ssbo: Sourced<Vec<String>>,
     pub(super) texture: Sourced<Vec<String>>,
     pub(super) private: Sourced<Vec<String>>,
+    pub(super) vertex: Sourced<Vec<String>>,
 }
 
 #[derive(Deserialize)]
@@ -125,4 +127,15 @@ pub(super) struct DramFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct OutputFile {
     pub(super) bytes_per_pixel: Sourced<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TilerFile {
+    pub(super) tile_memory_bytes: Sourced<u32>,
+    pub(super) bin_alignment: Sourced<[u32; 2]>,
+    pub(super) list_bits_per_triangle: Sourced<u32>,
+    pub(super) list_bytes_per_entry: Sourced<u32>,
+    pub(super) triangles_per_clock: Sourced<f64>,
+    pub(super) pixels_per_clock: Sourced<f64>,
 }

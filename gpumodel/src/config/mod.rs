@@ -4,10 +4,13 @@ mod costs;
 mod gpu;
 mod gpu_file;
 mod sourced;
+mod technique;
 
 pub use costs::{Cost, ShaderCosts, SharedCosts, TraversalCosts};
 pub use gpu::{
     BuiltinGpu, CacheLevel, CacheRole, Clock, Dram, Family, GPUS, Gpu, Identity, LoadStore, Output, Paths,
-    Registers, ShaderCores,
+    Registers, ShaderCores, Tiler,
 };
 pub use sourced::{Provenance, Tag};
+pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};
+pub(crate) use technique::VECTOR_BYTES;

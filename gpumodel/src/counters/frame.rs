@@ -61,8 +61,20 @@ counters! {
         pub lane_bytes: u64,
         /// Cycles of a core's load/store port: per load or store the larger of its lines and its bytes by the port's width.
         pub load_store_cycles: u64,
-        /// Bytes of colour written.
+        /// Of [`Self::lines_read`], those read through the texture path.
+        pub texture_lines_read: u64,
+        /// Bytes of tile memory written out to DRAM: the colour, and attachments that leave the tile.
         pub output_bytes: u64,
+        /// Vertices fetched and transformed.
+        pub vertices: u64,
+        /// Lines that vertex fetch read; the shader cores do not load them.
+        pub vertex_lines_read: u64,
+        /// Triangles that went through triangle setup.
+        pub setup_triangles: u64,
+        /// Fragments that a rasteriser found covered, hidden ones included.
+        pub covered_fragments: u64,
+        /// Bytes of bin lists written and read.
+        pub bin_list_bytes: u64,
     }
 }
 
@@ -116,15 +128,19 @@ counters! {
         pub normal: BufferTraffic,
         /// Stacks in memory.
         pub stack: BufferTraffic,
+        /// Vertices for rasterisation.
+        pub vertex: BufferTraffic,
+        /// Images and attachments that one pass writes and another reads.
+        pub image: BufferTraffic,
     }
 }
 
 impl TrafficCounters {
     /// All buffers together.
     pub fn total(&self) -> BufferTraffic {
-        let Self { node, primitive, index, normal, stack } = *self;
+        let Self { node, primitive, index, normal, stack, vertex, image } = *self;
         let mut total = BufferTraffic::default();
-        [node, primitive, index, normal, stack].into_iter().for_each(|traffic| total += traffic);
+        [node, primitive, index, normal, stack, vertex, image].into_iter().for_each(|traffic| total += traffic);
         total
     }
 
@@ -135,12 +151,14 @@ impl TrafficCounters {
             BufferKind::Index => &mut self.index,
             BufferKind::Normal => &mut self.normal,
             BufferKind::Stack => &mut self.stack,
+            BufferKind::Vertex => &mut self.vertex,
+            BufferKind::Image | BufferKind::Attachment => &mut self.image,
         }
     }
 }
 
 counters! {
-    /// One part of the frame's shader.
+    /// One pass of the frame.
     pub struct PassCounters {
         /// Before the caches.
         pub issue: IssueCounters,
@@ -149,37 +167,69 @@ counters! {
     }
 }
 
-counters! {
-    /// A frame.
-    pub struct FrameCounters {
-        /// Making and tracing primary rays.
-        pub primary: PassCounters,
-        /// Making and tracing shadow rays.
-        pub shadow: PassCounters,
-        /// Shading hits and writing the colour.
-        pub output: PassCounters,
-        /// Dirty lines written back after the last access.
-        pub flush: BufferTraffic,
-        /// How full the cores were.
-        pub schedule: ScheduleCounters,
-        /// Traversals ended by their loop bound.
-        pub stalls: u64,
+/// A pass, or the part of one that belongs to one kind of ray. Which of them a frame has is its
+/// [`Technique`](crate::Technique)'s to say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Pass {
+    /// Positions of all vertices, to sort triangles into bins.
+    Binning = 0,
+    /// Rasterising the geometry, bin by bin.
+    Geometry = 1,
+    /// Making and tracing primary rays.
+    Primary = 2,
+    /// Making and tracing shadow rays.
+    Shadow = 3,
+    /// Shading hits and writing the colour.
+    Output = 4,
+    /// Drawing the image of a compute pass onto the screen.
+    Present = 5,
+}
+
+impl Pass {
+    /// Number of passes.
+    pub const COUNT: usize = 6;
+
+    /// All passes, in the order in which the GPU runs them.
+    pub const ALL: [Self; Self::COUNT] =
+        [Self::Binning, Self::Geometry, Self::Primary, Self::Shadow, Self::Output, Self::Present];
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Binning => "binning",
+            Self::Geometry => "geometry",
+            Self::Primary => "primary rays",
+            Self::Shadow => "shadow rays",
+            Self::Output => "output",
+            Self::Present => "present",
+        }
     }
 }
 
-impl FrameCounters {
-    /// Names of the passes, in the order of [`Self::passes`].
-    pub const PASSES: [&'static str; 3] = ["primary rays", "shadow rays", "output"];
+/// A frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FrameCounters {
+    /// By [`Pass`]; those that the frame does not have are zero.
+    pub passes: [PassCounters; Pass::COUNT],
+    /// Dirty lines written back after the last access.
+    pub flush: BufferTraffic,
+    /// How full the cores were.
+    pub schedule: ScheduleCounters,
+    /// Traversals ended by their loop bound.
+    pub stalls: u64,
+}
 
-    /// The passes, in the order in which a fragment goes through them; shading and output are one.
-    pub fn passes(&self) -> [&PassCounters; 3] {
-        [&self.primary, &self.shadow, &self.output]
+impl FrameCounters {
+    /// One pass.
+    pub fn pass(&self, pass: Pass) -> &PassCounters {
+        &self.passes[pass as usize]
     }
 
     /// All passes together; the write-back after the last access is the stacks'.
     pub fn total(&self) -> PassCounters {
         let mut total = PassCounters::default();
-        self.passes().into_iter().for_each(|pass| total += *pass);
+        self.passes.into_iter().for_each(|pass| total += pass);
         total.traffic.stack += self.flush;
         total
     }
@@ -194,4 +244,15 @@ pub struct HeatMap {
     pub height: u32,
     /// Row by row from the top left.
     pub values: Vec<u32>,
+}
+
+/// What each pixel of a frame cost.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct HeatMaps {
+    /// Node records read, by all rays of the pixel.
+    pub node_fetches: HeatMap,
+    /// Bytes of node records and triangles that the pixel's rays loaded while they were traced.
+    pub loaded_bytes: HeatMap,
+    /// Lines read from DRAM by the pixel's warp: the same for all pixels of a warp, which share their lines.
+    pub warp_misses: HeatMap,
 }

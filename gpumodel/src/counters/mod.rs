@@ -5,7 +5,8 @@ mod set;
 mod table;
 
 pub use frame::{
-    BufferTraffic, FrameCounters, HeatMap, IssueCounters, PassCounters, ScheduleCounters, TrafficCounters,
+    BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass, PassCounters, ScheduleCounters,
+    TrafficCounters,
 };
 pub use set::{CounterSet, Value};
 pub use table::{COUNTERS, CounterInfo};

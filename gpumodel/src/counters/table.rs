@@ -38,7 +38,7 @@ const ENERGY: &str = "Energy";
 
 /// All counters, in the order of reports.
 pub const COUNTERS: &[CounterInfo] = &[
-    row("frame_time_ms", "Frame Time", GENERAL, "ms", "the largest of the bounds", ""),
+    row("frame_time_ms", "Frame Time", GENERAL, "ms", "sum over the phases of the frame of the largest bound of each", ""),
     row("fps", "Frames / Second", GENERAL, "1/s", "1 / frame time", "second"),
     row("rays", "Rays", RAYS, "rays", "rays traced, primary and shadow", ""),
     row("mrays_per_second", "Mrays / Second", RAYS, "Mrays/s", "rays / frame time / 10^6", "second"),
@@ -53,6 +53,14 @@ pub const COUNTERS: &[CounterInfo] = &[
         "",
     ),
     row("node_fetches_per_ray", "Node Fetches / Ray", RAYS, "fetches", "node fetches / rays", "ray"),
+    row(
+        "node_fetches_per_pixel",
+        "Node Fetches / Pixel",
+        RAYS,
+        "fetches",
+        "node fetches / pixels of the frame",
+        "pixel",
+    ),
     row("primitive_tests", "Primitive Tests", RAYS, "tests", "ray-triangle tests", ""),
     row("primitive_tests_per_ray", "Primitive Tests / Ray", RAYS, "tests", "primitive tests / rays", "ray"),
     row(
@@ -127,13 +135,28 @@ pub const COUNTERS: &[CounterInfo] = &[
         "lines read through the texture caches x line size",
         "",
     ),
-    row("dram_read_bytes", "Read Total", MEMORY, "B", "lines that missed every cache x line size", ""),
+    row(
+        "vertex_memory_read_bytes",
+        "Vertex Memory Read",
+        MEMORY,
+        "B",
+        "lines that vertex fetch read, for binning and for every bin x line size",
+        "",
+    ),
+    row(
+        "dram_read_bytes",
+        "Read Total",
+        MEMORY,
+        "B",
+        "lines that missed every cache x line size + bin lists read",
+        "",
+    ),
     row(
         "dram_write_bytes",
         "Write Total",
         MEMORY,
         "B",
-        "dirty lines written back x line size + colour written",
+        "dirty lines written back x line size + tile memory written out (colour, attachments) + bin lists written",
         "",
     ),
     row(

@@ -1,7 +1,7 @@
 //! Lower bounds on time, one per resource.
 
 use crate::config::{CacheRole, Gpu};
-use crate::counters::{BufferTraffic, PassCounters};
+use crate::counters::{BufferTraffic, Pass, PassCounters};
 
 /// The least time that one resource allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,15 +27,24 @@ pub(super) struct Demand {
     slc: f64,
     /// Bytes to and from DRAM / (peak x efficiency).
     dram: f64,
+    /// Triangles set up / (triangles per clock x clock).
+    setup: f64,
+    /// Covered fragments / (pixels per clock x clock).
+    pixels: f64,
     /// Little's law, see [`latency`].
     latency: f64,
 }
 
 impl Demand {
-    pub(super) fn of(pass: &PassCounters, resident_warps: u32, gpu: &Gpu) -> Self {
-        let issue = &pass.issue;
+    pub(super) fn of(pass: Pass, counters: &PassCounters, resident_warps: u32, gpu: &Gpu) -> Self {
+        let issue = &counters.issue;
         let core_cycles = f64::from(gpu.cores.count) * gpu.clock.hz;
-        let traffic = pass.traffic.total();
+        let traffic = counters.traffic.total();
+        let path = match pass {
+            Pass::Binning | Pass::Geometry => &gpu.paths.vertex,
+            Pass::Present => &gpu.paths.texture,
+            Pass::Primary | Pass::Shadow | Pass::Output => &gpu.paths.ssbo,
+        };
         let mut demand = Self {
             alu: issue.alu_issued as f64 / (core_cycles * gpu.cores.alu_lanes),
             efu: issue.efu_issued as f64 / (core_cycles * gpu.cores.efu_lanes),
@@ -43,8 +52,10 @@ impl Demand {
             l1: 0.0,
             l2: 0.0,
             slc: 0.0,
-            dram: issue.output_bytes as f64 / dram_bandwidth(gpu),
-            latency: latency(pass, &traffic, resident_warps, gpu),
+            dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
+            setup: issue.setup_triangles as f64 / (gpu.tiler.triangles_per_clock * gpu.clock.hz),
+            pixels: issue.covered_fragments as f64 / (gpu.tiler.pixels_per_clock * gpu.clock.hz),
+            latency: latency(counters, &traffic, path, resident_warps, gpu),
         };
         demand.add_traffic(&traffic, gpu);
         demand
@@ -70,7 +81,7 @@ impl Demand {
 
     /// One bound per resource, always in the same order.
     pub(super) fn bounds(&self) -> Vec<Bound> {
-        let Self { alu, efu, load_store, l1, l2, slc, dram, latency } = *self;
+        let Self { alu, efu, load_store, l1, l2, slc, dram, setup, pixels, latency } = *self;
         [
             ("ALU issue", alu),
             ("EFU issue", efu),
@@ -79,6 +90,8 @@ impl Demand {
             ("L2 bandwidth", l2),
             ("SLC bandwidth", slc),
             ("DRAM bandwidth", dram),
+            ("triangle setup", setup),
+            ("pixel rate", pixels),
             ("latency and concurrency", latency),
         ]
         .map(|(name, seconds)| Bound { name, seconds })
@@ -110,12 +123,17 @@ fn dram_bandwidth(gpu: &Gpu) -> f64 {
 /// A warp alone issues its ALU and load/store cycles and waits for its loads. Those of one record are in flight together: a
 /// wait lasts the latency of the farthest place that any of its lines comes from. With `n` lines per wait, of which a share
 /// `m` misses a level, some line misses it with probability `1 - (1 - m)^n`; misses are taken as independent.
-fn latency(pass: &PassCounters, traffic: &BufferTraffic, resident_warps: u32, gpu: &Gpu) -> f64 {
-    let issue = &pass.issue;
+fn latency(
+    counters: &PassCounters,
+    traffic: &BufferTraffic,
+    path: &[usize],
+    resident_warps: u32,
+    gpu: &Gpu,
+) -> f64 {
+    let issue = &counters.issue;
     if issue.memory_waits == 0 {
         return 0.0;
     }
-    let path = &gpu.paths.ssbo;
     let lines = issue.line_accesses as f64;
     let lines_per_wait = lines / issue.memory_waits as f64;
     let mut wait_cycles = gpu.caches[path[0]].latency_cycles;

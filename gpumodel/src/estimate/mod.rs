@@ -5,7 +5,9 @@ mod values;
 
 pub use bounds::Bound;
 
-use crate::counters::{CounterSet, FrameCounters};
+use crate::config::{Attachments, Stage};
+use crate::counters::{CounterSet, Pass};
+use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{ReplayConfig, Replayed};
 use bounds::Demand;
 use tracer::{LoopStructure, Topology, TraceHeader};
@@ -16,11 +18,11 @@ use values::{FrameValues, PassValues};
 pub struct Estimate {
     /// Of the whole frame.
     pub frame: CounterSet,
-    /// Of each part of its shader. Times of the parts add up to the frame's.
+    /// Of each of its passes. Their times add up to the frame's.
     pub passes: Vec<PassEstimate>,
     /// What the frame needs of each resource if that were the only limit.
     pub bounds: Vec<Bound>,
-    /// The largest of the bounds: the frame time.
+    /// The resource that decides the longest of the frame's phases.
     pub deciding_bound: &'static str,
     /// What was assumed, in sentences.
     pub assumptions: Vec<String>,
@@ -28,11 +30,13 @@ pub struct Estimate {
     pub left_out: Vec<LeftOut>,
 }
 
-/// What a part of the frame costs.
+/// What a pass costs.
 #[derive(Clone, Debug)]
 pub struct PassEstimate {
-    /// Its name.
-    pub name: String,
+    /// Which.
+    pub pass: Pass,
+    /// The resource that decides the phase that it belongs to.
+    pub deciding_bound: &'static str,
     /// Its counters; per-fragment values are per fragment of the frame.
     pub counters: CounterSet,
 }
@@ -46,10 +50,15 @@ pub struct LeftOut {
     pub why: String,
 }
 
+/// Passes that the GPU runs at the same time: their rays come from the same shader. The phases follow each other.
+const PHASES: [&[Pass]; 4] =
+    [&[Pass::Binning], &[Pass::Geometry], &[Pass::Primary, Pass::Shadow, Pass::Output], &[Pass::Present]];
+
 /// Estimates the frame that `replayed` counted; `header`, `topology` and `config` are those of the replay.
 ///
-/// Frame time = the largest of the bounds, each of which is a lower bound on its own: the resources are assumed to overlap perfectly.
-/// All bounds are sums over passes, so a pass's time is its share of the deciding resource.
+/// Time of a phase = the largest of its bounds, each of which is a lower bound on its own: the resources are assumed to overlap
+/// perfectly within it. The phases follow each other without overlap, and their times add up. All bounds are sums over
+/// passes, so a pass's time is its share of the resource that decides its phase.
 pub fn estimate(
     replayed: &Replayed,
     header: &TraceHeader,
@@ -57,32 +66,50 @@ pub fn estimate(
     config: &ReplayConfig,
 ) -> Estimate {
     let counters = &replayed.counters;
-    let demand = |pass| Demand::of(pass, replayed.resident_warps, &config.gpu);
-    let [primary, shadow, mut output] = counters.passes().map(demand);
-    output.add_flush(&counters.flush, &config.gpu);
-    let demands = [primary, shadow, output];
-    let bounds = Demand::total(&demands);
-    let deciding = bounds.iter().enumerate().max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
-    let (deciding, deciding_bound) = deciding.map_or((0, "none"), |(index, bound)| (index, bound.name));
+    let in_use = config.technique.passes();
+    let mut demands = Pass::ALL
+        .map(|pass| Demand::of(pass, counters.pass(pass), replayed.resident_warps, &config.gpu));
+    demands[Pass::Output as usize].add_flush(&counters.flush, &config.gpu);
+    let mut seconds = [0.0; Pass::COUNT];
+    let mut deciding = [NO_BOUND; Pass::COUNT];
+    let mut longest = (0.0, NO_BOUND);
+    for phase in PHASES {
+        let of_phase: Vec<Demand> = phase.iter().map(|&pass| demands[pass as usize]).collect();
+        let Some((place, bound)) = largest(&Demand::total(&of_phase)) else { continue };
+        for &pass in phase {
+            deciding[pass as usize] = bound.name;
+            seconds[pass as usize] = demands[pass as usize].bounds().get(place).map_or(0.0, |bound| bound.seconds);
+        }
+        if bound.seconds > longest.0 {
+            longest = (bound.seconds, bound.name);
+        }
+    }
 
     let frame = FrameValues { replayed, header, topology, config };
-    let seconds = bounds.get(deciding).map_or(0.0, |bound| bound.seconds);
-    let total = PassValues { frame: &frame, pass: &counters.total(), seconds, whole: true };
-    let names = FrameCounters::PASSES.into_iter().zip(counters.passes()).zip(&demands);
-    let passes = names.map(|((name, pass), demand)| {
-        let seconds = demand.bounds().get(deciding).map_or(0.0, |bound| bound.seconds);
-        let values = PassValues { frame: &frame, pass, seconds, whole: false };
-        PassEstimate { name: name.to_owned(), counters: values.set() }
-    });
+    let total =
+        PassValues { frame: &frame, pass: &counters.total(), seconds: seconds.iter().sum(), whole: true };
+    let of_pass = |pass: Pass| {
+        let seconds = seconds[pass as usize];
+        let values = PassValues { frame: &frame, pass: counters.pass(pass), seconds, whole: false };
+        PassEstimate { pass, deciding_bound: deciding[pass as usize], counters: values.set() }
+    };
     Estimate {
         frame: total.set(),
-        passes: passes.collect(),
-        deciding_bound,
+        passes: in_use.into_iter().map(of_pass).collect(),
+        deciding_bound: longest.1,
         assumptions: assumptions(replayed, header, config),
-        left_out: left_out(),
+        left_out: left_out(config),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
-        bounds: bounds.into_iter().filter(|bound| bound.seconds > 0.0).collect(),
+        bounds: Demand::total(&demands).into_iter().filter(|bound| bound.seconds > 0.0).collect(),
     }
+}
+
+/// Of a phase that does nothing.
+const NO_BOUND: &str = "none";
+
+fn largest(bounds: &[Bound]) -> Option<(usize, Bound)> {
+    let largest = bounds.iter().copied().enumerate().max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))?;
+    (largest.1.seconds > 0.0).then_some(largest)
 }
 
 fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
@@ -102,7 +129,8 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
             provenance.estimate + provenance.aggregator,
             gpu.name()
         ),
-        "The frame time is the largest of the bounds: resources overlap perfectly, nothing queues.".to_owned(),
+        "The time of a phase is the largest of its bounds: resources overlap perfectly, nothing queues; phases follow each other."
+            .to_owned(),
         "Operation counts are taken from the formulae of the shader, every step at its full path.".to_owned(),
         "A node fetch reads the whole record in 16-byte loads.".to_owned(),
         format!("The traversal loops {loops}."),
@@ -111,9 +139,24 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
             "{} warps of {} lanes are resident per core, from an estimated register count.",
             replayed.resident_warps, gpu.cores.warp_width
         ),
-        "The hit, its shading and all rays of a pixel are one fragment shader; primary rays are traced, not rasterised."
-            .to_owned(),
     ];
+    sentences.extend(technique_assumptions(config));
+    match config.node_records {
+        NodeRecords::Packed => {}
+        NodeRecords::Padded => {
+            sentences.push("Node records are padded to a power of two bytes.".to_owned());
+        }
+        NodeRecords::ChildBoxes => sentences.push(
+            "A node record of 64 bytes holds the boxes of both children; leaves have none, and the root's box is a constant."
+                .to_owned(),
+        ),
+    }
+    match config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel)) {
+        PrimitiveOrder::Leaf => sentences.push("Triangles lie in the order of the leaves.".to_owned()),
+        PrimitiveOrder::Indexed => {
+            sentences.push("Triangles lie in file order and are found through an index list.".to_owned());
+        }
+    }
     if header.stack_entries > 0 {
         sentences.push(format!(
             "The stack of {} entries of 8 bytes is in private memory, interleaved by lane, and passes the caches.",
@@ -126,13 +169,49 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
     sentences
 }
 
-fn left_out() -> Vec<LeftOut> {
-    [
+fn technique_assumptions(config: &ReplayConfig) -> Vec<String> {
+    let mut sentences = Vec::new();
+    match config.technique.stage {
+        Stage::Fragment if config.technique.raster.is_none() => sentences.push(
+            "The hit, its shading and all rays of a pixel are one fragment shader; primary rays are traced, not rasterised."
+                .to_owned(),
+        ),
+        Stage::Fragment => {}
+        Stage::Compute { workgroup: [width, height] } => sentences.push(format!(
+            "A compute shader in workgroups of {width}x{height} traces and writes an image of 4 bytes per pixel, 4x4 pixels side by side; a \
+             full-screen quad reads it as a texture."
+        )),
+    }
+    if let Some(raster) = config.technique.raster {
+        sentences.push(format!(
+            "The geometry is drawn without back-face culling, as three vertices of {} bytes per triangle: positions once for binning, all \
+             again for every bin that a triangle touches; early depth test in file order.",
+            raster.vertex_bytes
+        ));
+        sentences.push(
+            "All bins are rasterised before the first shadow ray; the GPU goes bin by bin, which moves the same bytes.".to_owned(),
+        );
+        sentences.push(match raster.attachments {
+            Attachments::Tile => {
+                "Normal and depth, 4 bytes per pixel each, stay in tile memory and are read back by framebuffer fetch.".to_owned()
+            }
+            Attachments::Memory => {
+                "Normal and depth, 4 bytes per pixel each, are written to DRAM and read as textures.".to_owned()
+            }
+        });
+    }
+    sentences
+}
+
+fn left_out(config: &ReplayConfig) -> Vec<LeftOut> {
+    let mut entries = vec![
         ("contention", "queueing at caches and DRAM is not in the bounds"),
         ("energy", "no energy table is applied"),
         ("building the tree", "it is taken to be built before the frame"),
         ("instruction cache, command processing, display", "no figures are known for them"),
-    ]
-    .map(|(what, why)| LeftOut { what: what.to_owned(), why: why.to_owned() })
-    .into()
+    ];
+    if config.technique.raster.is_some() {
+        entries.push(("low-resolution depth of the binning pass", "hidden triangles could be dropped earlier than by the early depth test"));
+    }
+    entries.into_iter().map(|(what, why)| LeftOut { what: what.to_owned(), why: why.to_owned() }).collect()
 }

@@ -39,6 +39,8 @@ impl PassValues<'_> {
         let gpu = &self.frame.config.gpu;
         let fragments = self.frame.header.frame.rays() as f64;
         let rays = issue.rays as f64;
+        // Bin lists are written once and read once.
+        let dram_reads = traffic.dram_read_bytes + issue.bin_list_bytes / 2;
         let alu_capacity = f64::from(gpu.cores.count) * gpu.cores.alu_lanes * gpu.clock.hz * self.seconds;
         match id {
             "frame_time_ms" => Value::Real(self.seconds * 1e3),
@@ -49,6 +51,7 @@ impl PassValues<'_> {
             "structure_bytes" => self.of_frame(|| Value::Count(self.frame.replayed.structure_bytes)),
             "node_fetches" => self.of_rays(Value::Count(issue.node_fetches)),
             "node_fetches_per_ray" => Value::ratio(issue.node_fetches as f64, rays, NO_RAYS),
+            "node_fetches_per_pixel" => Value::ratio(issue.node_fetches as f64, fragments, NO_FRAGMENTS),
             "primitive_tests" => self.of_rays(Value::Count(issue.primitive_tests)),
             "primitive_tests_per_ray" => Value::ratio(issue.primitive_tests as f64, rays, NO_RAYS),
             "restarts" => self.restarts(),
@@ -59,11 +62,18 @@ impl PassValues<'_> {
             "occupancy" => self.of_frame(|| self.occupancy()),
             "sp_memory_read_bytes" => Value::Count(self.shader_reads()),
             "sp_memory_read_bytes_per_second" => self.per_second(self.shader_reads() as f64),
-            "texture_memory_read_bytes" => {
-                Value::absent("no texture is read; storage buffers do not go through the texture path")
+            "texture_memory_read_bytes" => self.path_reads(
+                issue.texture_lines_read,
+                &gpu.paths.texture,
+                "no texture is read; storage buffers do not go through the texture path",
+            ),
+            "vertex_memory_read_bytes" => {
+                self.path_reads(issue.vertex_lines_read, &gpu.paths.vertex, "no vertex is fetched")
             }
-            "dram_read_bytes" => Value::Count(traffic.dram_read_bytes),
-            "dram_write_bytes" => Value::Count(traffic.dram_write_bytes + issue.output_bytes),
+            "dram_read_bytes" => Value::Count(dram_reads),
+            "dram_write_bytes" => {
+                Value::Count(traffic.dram_write_bytes + issue.output_bytes + issue.bin_list_bytes / 2)
+            }
             "l1_accesses" => self.level(CacheRole::L1, |accesses, _| Value::Count(accesses)),
             "l1_misses" => self.level(CacheRole::L1, |_, misses| Value::Count(misses)),
             "l1_miss_ratio" => self.level(CacheRole::L1, miss_ratio),
@@ -79,7 +89,7 @@ impl PassValues<'_> {
             "stalled_on_system_memory" => {
                 Value::absent("needs a model of time cycle by cycle; this one has bounds only")
             }
-            "avg_bytes_per_fragment" => Value::ratio(traffic.dram_read_bytes as f64, fragments, NO_FRAGMENTS),
+            "avg_bytes_per_fragment" => Value::ratio(dram_reads as f64, fragments, NO_FRAGMENTS),
             "energy_mj" | "power_mw" => Value::absent("no energy table is applied"),
             _ => Value::absent("this estimate does not compute it"),
         }
@@ -115,8 +125,17 @@ impl PassValues<'_> {
     /// Bytes of the lines that loads read from the first cache of their path.
     fn shader_reads(&self) -> u64 {
         let gpu = &self.frame.config.gpu;
-        let first = &gpu.caches[gpu.paths.ssbo[0]];
-        self.pass.issue.lines_read * first.line_bytes
+        let line_bytes = |path: &[usize]| gpu.caches[path[0]].line_bytes;
+        let issue = &self.pass.issue;
+        let textures = issue.texture_lines_read;
+        (issue.lines_read - textures) * line_bytes(&gpu.paths.ssbo) + textures * line_bytes(&gpu.paths.texture)
+    }
+
+    fn path_reads(&self, lines: u64, path: &[usize], none: &str) -> Value {
+        match lines {
+            0 => Value::absent(none),
+            lines => Value::Count(lines * self.frame.config.gpu.caches[path[0]].line_bytes),
+        }
     }
 
     fn level(&self, role: CacheRole, value: impl FnOnce(u64, u64) -> Value) -> Value {

@@ -3,19 +3,25 @@
 //! | buffer | records | found by |
 //! |---|---|---|
 //! | node | [`NodeLayout`] | node, through its [`NodeOrder`](super::NodeOrder) |
-//! | primitive, normal | [`PrimitiveLayout`] | BVH: position in the leaves, in whose order triangles lie; kd: triangle in file order |
-//! | index (kd only) | u32 triangle per reference | position in the leaves |
+//! | primitive, normal | [`PrimitiveLayout`](super::PrimitiveLayout) | [`PrimitiveOrder`] |
+//! | index (only where triangles are indexed) | u32 triangle per reference | position in the leaves |
 //! | stack (only where it is in memory) | 8 bytes per entry | resident warp, entry, lane: lanes lie side by side |
+//! | vertex (only for rasterisation) | three vertices per triangle, no index list | triangle in file order |
+//! | image, attachment (only where a pass writes one for another) | 4x4 pixels side by side | tile, then Morton order |
 
 use super::VEC4_BYTES;
 use super::node::NodeLayout;
+use super::records::{NodeRecords, PrimitiveOrder};
+use crate::config::Technique;
 use crate::error::Error;
 use crate::replay::ReplayConfig;
 use cachesim::LineSize;
-use tracer::{Accel, TileSource};
+use tracer::{TILE_RAYS, TileSource, Topology, TopologyNode};
 
 /// Bytes of a stack entry: a node and a distance.
 pub(crate) const STACK_ENTRY_BYTES: u32 = 8;
+/// Bytes of a pixel of an image or attachment.
+pub(crate) const PIXEL_BYTES: u64 = 4;
 /// Where buffers may begin: a multiple of any line.
 const ALIGNMENT: u64 = 4096;
 const NOWHERE: u32 = u32::MAX;
@@ -29,10 +35,22 @@ pub(crate) enum BufferKind {
     Index = 2,
     Normal = 3,
     Stack = 4,
+    Vertex = 5,
+    Image = 6,
+    Attachment = 7,
 }
 
 impl BufferKind {
-    pub(crate) const ALL: [Self; 5] = [Self::Node, Self::Primitive, Self::Index, Self::Normal, Self::Stack];
+    pub(crate) const ALL: [Self; 8] = [
+        Self::Node,
+        Self::Primitive,
+        Self::Index,
+        Self::Normal,
+        Self::Stack,
+        Self::Vertex,
+        Self::Image,
+        Self::Attachment,
+    ];
 }
 
 /// Records that are read in 16-byte loads.
@@ -46,7 +64,7 @@ pub(crate) struct Reads {
 
 impl Reads {
     fn new(bytes: u32, stride_bytes: u32, line: LineSize) -> Self {
-        let aligned = bytes == stride_bytes && line.bytes().is_multiple_of(u64::from(bytes));
+        let aligned = bytes <= stride_bytes && line.bytes().is_multiple_of(u64::from(stride_bytes));
         Self { loads: bytes / VEC4_BYTES as u32, one_line: aligned }
     }
 }
@@ -80,6 +98,11 @@ pub(crate) struct Buffers {
     intersections: Records,
     shading: Records,
     index_base: Option<u32>,
+    /// Addresses in bytes: of the vertices, and of the image or the first attachment.
+    pub(crate) vertex_base: u64,
+    pub(crate) image_base: u64,
+    /// Bytes from attachment to attachment.
+    pub(crate) image_bytes: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -105,9 +128,11 @@ impl Buffers {
             remedy: remedy.to_owned(),
         };
         topology.validate().map_err(|problem| fail(problem, "record the trace again"))?;
-        let node = NodeLayout::of(header)?;
+        let (node_bytes, node_stride) = config.node_records.bytes(header, &NodeLayout::of(header)?)?;
+        let (places, node_count) = node_places(config, topology);
         let primitive = config.primitive_layout;
-        let leaf_order = header.accel == Accel::Bvh;
+        let order = config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel));
+        let leaf_order = order == PrimitiveOrder::Leaf;
         let references = topology.references.len() as u64;
         let records = if leaf_order { references } else { u64::from(topology.triangles) };
 
@@ -117,7 +142,8 @@ impl Buffers {
             next += bytes.next_multiple_of(ALIGNMENT);
             base
         };
-        let node_base = place(topology.nodes.len() as u64 * u64::from(node.bytes));
+        let structure_bytes = node_count * u64::from(node_stride);
+        let node_base = place(structure_bytes);
         let vertex_base = place(records * u64::from(primitive.vertex_record_bytes()));
         let split = primitive.normal_record_bytes() > 0;
         let normal_base = place(records * u64::from(primitive.normal_record_bytes()));
@@ -127,6 +153,13 @@ impl Buffers {
             u64::from(stack_entries) * u64::from(STACK_ENTRY_BYTES) * u64::from(config.gpu.cores.warp_width);
         let stack_stride = stack_bytes.next_multiple_of(private_line.bytes());
         let stack_base = place(stack_stride * u64::from(warps));
+        let Technique { raster, present, .. } = &config.technique;
+        let triangle_bytes = raster.as_ref().map_or(0, |raster| u64::from(raster.vertex_bytes) * 3);
+        let raster_base = place(triangle_bytes * u64::from(topology.triangles));
+        let pixels = u64::from(header.frame.tiles()) * u64::from(TILE_RAYS);
+        let image_bytes = pixels * PIXEL_BYTES;
+        let attachments = raster.as_ref().map_or(0, |raster| raster.attachments_in_memory().len() as u64);
+        let image_base = place(image_bytes * (attachments + u64::from(present.is_some())));
         let end = next / VEC4_BYTES;
         if end > u64::from(u32::MAX) {
             return Err(fail(
@@ -136,9 +169,12 @@ impl Buffers {
         }
         let vec4 = |bytes: u64| (bytes / VEC4_BYTES) as u32;
 
-        let node_vec4 = node.bytes / VEC4_BYTES as u32;
-        let positions = config.node_order.positions(topology);
-        let nodes = positions.into_iter().map(|position| vec4(node_base) + position * node_vec4).collect();
+        let node_vec4 = node_stride / VEC4_BYTES as u32;
+        let address = |place: u32| match place {
+            NOWHERE => NOWHERE,
+            place => vec4(node_base) + place * node_vec4,
+        };
+        let nodes = places.into_iter().map(address).collect();
         let (record_of_position, record_of_triangle) = if leaf_order {
             let mut records = vec![NOWHERE; topology.triangles as usize];
             for (position, &triangle) in (0..).zip(&topology.references) {
@@ -156,8 +192,8 @@ impl Buffers {
             if split { (normal_base, primitive.normal_record_bytes()) } else { (vertex_base, stride) };
         let intersection = primitive.intersection_bytes();
         Ok(Self {
-            structure_bytes: topology.nodes.len() as u64 * u64::from(node.bytes),
-            node_reads: Reads::new(node.bytes, node.bytes, line),
+            structure_bytes,
+            node_reads: Reads::new(node_bytes, node_stride, line),
             intersection_reads: Reads::new(intersection.len() as u32, stride, line),
             shading_reads: Reads::new(shading.len() as u32, shading_stride, line),
             line_shift: line.log2() - VEC4_BYTES.ilog2(),
@@ -179,6 +215,9 @@ impl Buffers {
                 stride: vec4(u64::from(shading_stride)),
             },
             index_base: index_base.map(vec4),
+            vertex_base: raster_base,
+            image_base,
+            image_bytes,
         })
     }
 
@@ -190,7 +229,7 @@ impl Buffers {
     /// Address of a node's record.
     #[inline(always)]
     pub(crate) fn node(&self, node: u32) -> Option<u32> {
-        self.nodes.get(node as usize).copied()
+        self.nodes.get(node as usize).copied().filter(|&address| address != NOWHERE)
     }
 
     /// Address of what an intersection with the triangle at a position in the leaves reads.
@@ -232,12 +271,35 @@ impl Buffers {
     }
 }
 
+/// Per node, the place of the record that a fetch of it reads, and the number of records. With the boxes of both children in their
+/// parent, a fetch of a left child reads its parent's record; no other node has one to read.
+fn node_places(config: &ReplayConfig, topology: &Topology) -> (Vec<u32>, u64) {
+    let positions = config.node_order.positions(topology);
+    let count = positions.len();
+    if config.node_records != NodeRecords::ChildBoxes {
+        return (positions, count as u64);
+    }
+    let mut inner: Vec<(u32, u32)> = Vec::new();
+    for (node, &position) in topology.nodes.iter().zip(&positions) {
+        if let TopologyNode::Inner { left } = *node {
+            inner.push((position, left));
+        }
+    }
+    inner.sort_unstable();
+    let mut places = vec![NOWHERE; count];
+    for (place, &(_, left)) in (0..).zip(&inner) {
+        places[left as usize] = place;
+    }
+    (places, inner.len() as u64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::layout::PrimitiveLayout;
     use crate::mock::{Recorded, config, gpu};
     use std::collections::BTreeSet;
+    use tracer::Accel;
 
     /// Mean number of lines that `runs` of records touch, each record with its loads.
     fn mean_lines(reads: Reads, shift: u32, runs: impl Iterator<Item = Vec<u32>>) -> f64 {
@@ -273,6 +335,19 @@ mod tests {
             let nodes = (0..1920).map(|node| vec![buffers.node(node).unwrap()]);
             let mean = mean_lines(buffers.node_reads, buffers.line_shift, nodes);
             assert_eq!(mean, expected, "{traversal}, lines of {line} bytes");
+        }
+    }
+
+    #[test]
+    fn padded_nodes_never_straddle_a_line() {
+        for line in [64, 128] {
+            let source = Recorded::list(Accel::Kd, "backtrack", 1024, &[]);
+            let padded = ReplayConfig { node_records: NodeRecords::Padded, ..config(gpu(&[])) };
+            let line = LineSize::new(line).expect("a power of two");
+            let buffers = Buffers::new(&source, &padded, 1, line, line).expect("the mock is valid");
+            let nodes = (0..1920).map(|node| vec![buffers.node(node).unwrap()]);
+            assert_eq!(mean_lines(buffers.node_reads, buffers.line_shift, nodes), 1.0);
+            assert!(buffers.node_reads.one_line && buffers.node_reads.loads == 3);
         }
     }
 

@@ -4,11 +4,13 @@ mod buffers;
 mod node;
 mod order;
 mod primitive;
+mod records;
 
-pub(crate) use buffers::{BufferKind, Buffers, Reads, STACK_ENTRY_BYTES};
+pub(crate) use buffers::{BufferKind, Buffers, PIXEL_BYTES, Reads, STACK_ENTRY_BYTES};
 pub use node::{Field, NodeLayout};
 pub use order::NodeOrder;
 pub use primitive::PrimitiveLayout;
+pub use records::{NodeRecords, PrimitiveOrder};
 
 /// Bytes of the widest load of one lane, four 32-bit words: records are read in these, and addresses count them.
 pub(crate) const VEC4_BYTES: u64 = 16;

@@ -3,9 +3,11 @@
 mod distinct;
 mod lockstep;
 mod program;
+mod steps;
 mod stream;
 
-pub(crate) use program::{Program, TileReplay};
+pub(crate) use program::{Emitter, Program};
+pub(crate) use steps::{Stepper, WarpSteps};
 #[cfg(test)]
 pub(crate) use stream::StreamWriter;
-pub(crate) use stream::{Pass, Run, TileStream};
+pub(crate) use stream::{Run, TileStream};

@@ -1,251 +1,385 @@
-//! The shader of one frame as a program for warps, and its run over a tile.
+//! The shaders of one frame: what each step costs, and which addresses it touches.
 //!
 //! A lane makes its primary ray and traces it; where it hits, it shades, and makes and traces each shadow ray; then it
-//! writes its colour. The warp reconverges between these parts.
+//! writes its colour. The warp reconverges between these parts. With a rasterised hit the first part is another pass's, and
+//! the lane begins with the position and normal that it reads back.
 
 use super::distinct::Distinct;
-use super::lockstep::{Body, Lockstep};
-use super::stream::{Pass, Run, StreamWriter, TileStream};
+use super::steps::{Tally, TileTally, WarpStep, WarpSteps};
+use super::stream::{Run, StreamWriter, TileStream};
 use crate::config::Cost;
-use crate::counters::IssueCounters;
+use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
-use crate::layout::{BufferKind, Buffers, PrimitiveLayout, Reads, STACK_ENTRY_BYTES, VEC4_BYTES};
+use crate::layout::{
+    BufferKind, Buffers, NodeRecords, PIXEL_BYTES, PrimitiveLayout, Reads, STACK_ENTRY_BYTES, VEC4_BYTES,
+};
 use crate::replay::ReplayConfig;
-use crate::schedule::{HELPER, LaneMap};
-use tracer::{NO_HIT, NodeFetch, Op, RayKind, RaySet, Step, Tile, TileRect, TraceHeader};
+use crate::schedule::{HELPER, z_order};
+use tracer::{NodeFetch, Op, RayKind, TILE_RAYS, TileRect, TraceHeader};
 
 /// Bytes of an index list's entry.
 const INDEX_BYTES: u32 = 4;
 
 /// What every warp of a frame executes.
-pub(crate) struct Program<'a> {
-    header: &'a TraceHeader,
-    buffers: &'a Buffers,
-    lane_map: LaneMap,
-    warp_width: u32,
-    port_bytes: u32,
-    pair: bool,
-    /// By [`Op`], address arithmetic included.
+pub(crate) struct Program {
+    pub(crate) buffers: Buffers,
+    kinds: Vec<RayKind>,
+    pub(crate) warp_width: u32,
+    pub(crate) port_bytes: u32,
+    nodes: NodeReads,
+    /// Where a traversal keeps a stack in memory.
+    stack_entries: u32,
     step_costs: [Cost; Op::ALL.len()],
-    /// Of the second record of a pair.
-    sibling_cost: Cost,
+    /// Address arithmetic of one node record.
+    record_cost: Cost,
     trip: Cost,
     primary_setup: Cost,
     shadow_setup: Cost,
     shade: Cost,
     output: Cost,
+    /// Primary rays are traced, and hits shaded from their triangles.
+    traces_primary: bool,
+    /// Attachments read as textures before shading.
+    attachments: u32,
+    /// The colour goes to an image rather than to tile memory.
+    writes_image: bool,
     output_bytes: u32,
+    image_line_shift: u32,
+    texture_line_shift: u32,
 }
 
-impl<'a> Program<'a> {
-    pub(crate) fn new(
-        header: &'a TraceHeader,
-        buffers: &'a Buffers,
-        config: &ReplayConfig,
-    ) -> Result<Self, Error> {
+/// How a node step reads its nodes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum NodeReads {
+    /// The record of the node.
+    One,
+    /// The records of the node and of its sibling; of the root alone.
+    Pair,
+    /// The record of the parent; none for the root.
+    Parent,
+}
+
+impl Program {
+    pub(crate) fn new(header: &TraceHeader, buffers: Buffers, config: &ReplayConfig) -> Result<Self, Error> {
         let traversal = config.costs.traversal(header)?;
         let shared = &config.costs.shared;
-        let with_loads = |mut cost: Cost, loads: u32| {
-            cost += shared.address.times(loads);
-            cost
-        };
+        let technique = &config.technique;
+        let with_loads = |cost: Cost, loads: u32| sum(&[cost, shared.address.times(loads)]);
         let stack_access = u32::from(header.stack_entries > 0);
         let index_load = u32::from(buffers.has_index_list());
         let mut step_costs = [Cost::default(); Op::ALL.len()];
         for (op, cost, loads) in [
             (Op::Pop, traversal.pop, stack_access),
             (Op::Restart, traversal.restart, 0),
-            (Op::Up, traversal.up, buffers.node_reads.loads),
-            (Op::Node, traversal.node, buffers.node_reads.loads),
+            (Op::Up, traversal.up, 0),
+            (Op::Node, traversal.node, 0),
             (Op::Push, traversal.push, stack_access),
             (Op::Primitive, traversal.primitive, buffers.intersection_reads.loads + index_load),
         ] {
             step_costs[op as usize] = with_loads(cost, loads);
         }
-        let sum = |costs: &[Cost]| {
-            let mut total = Cost::default();
-            costs.iter().for_each(|&cost| total += cost);
-            total
+        let attachments = technique.raster.map_or(0, |raster| raster.attachments_in_memory().len() as u32);
+        let shade = match technique.raster {
+            Some(_) => shared.decode_normal,
+            None if config.primitive_layout == PrimitiveLayout::Compact => {
+                with_loads(sum(&[shared.shade, shared.compact_normal]), buffers.shading_reads.loads)
+            }
+            None => with_loads(shared.shade, buffers.shading_reads.loads),
         };
-        let mut shade = with_loads(shared.shade, buffers.shading_reads.loads);
-        if config.primitive_layout == PrimitiveLayout::Compact {
-            shade += shared.compact_normal;
-        }
+        let writes_image = technique.present.is_some();
+        let line_shift = |path: &[usize]| config.gpu.caches[path[0]].line_bytes.ilog2();
         Ok(Self {
-            header,
-            buffers,
-            lane_map: LaneMap::new(&config.gpu, header.frame),
+            kinds: header.ray_sets.clone(),
             warp_width: config.gpu.cores.warp_width,
             port_bytes: config.gpu.load_store.bytes_per_clock,
-            pair: header.node_fetch == NodeFetch::Pair,
+            nodes: match (header.node_fetch, config.node_records) {
+                (NodeFetch::Single, _) => NodeReads::One,
+                (NodeFetch::Pair, NodeRecords::ChildBoxes) => NodeReads::Parent,
+                (NodeFetch::Pair, _) => NodeReads::Pair,
+            },
+            stack_entries: header.stack_entries,
             step_costs,
-            sibling_cost: shared.address.times(buffers.node_reads.loads),
+            record_cost: shared.address.times(buffers.node_reads.loads),
             trip: shared.trip,
             primary_setup: sum(&[shared.camera_ray, shared.ray_setup, traversal.start]),
             shadow_setup: sum(&[shared.shadow_ray, shared.ray_setup, traversal.start]),
             shade,
-            output: shared.output,
+            output: sum(&[
+                with_loads(shared.output, attachments + u32::from(writes_image)),
+                if technique.raster.is_some() { shared.unproject } else { Cost::default() },
+            ]),
+            traces_primary: technique.raster.is_none(),
+            attachments,
+            writes_image,
             output_bytes: config.gpu.output.bytes_per_pixel,
+            image_line_shift: line_shift(&config.gpu.paths.ssbo),
+            texture_line_shift: line_shift(&config.gpu.paths.texture),
+            buffers,
         })
     }
 
-    fn refuse(&self, problem: impl Into<String>) -> Error {
-        Error::Trace {
-            scene: self.header.scene.clone(),
-            problem: problem.into(),
-            remedy: "record the trace again".to_owned(),
-        }
+    /// Which ray sets its warps trace.
+    pub(crate) fn wanted(&self) -> Vec<bool> {
+        self.kinds.iter().map(|&kind| self.traces(kind)).collect()
     }
 
-    /// Node records that a ray of the tile and all rays that follow from it fetch.
-    fn node_fetches(&self, tile: &Tile, ray: usize) -> u32 {
-        let fetches = |step: &Step| match step.op() {
-            Op::Node => 1 + u32::from(self.pair && step.id() != 0),
-            Op::Up => 1,
+    fn traces(&self, kind: RayKind) -> bool {
+        self.traces_primary || kind != RayKind::Primary
+    }
+
+    /// Node records that a ray's step reads.
+    pub(crate) fn records(&self, op: Op, id: u32) -> u32 {
+        match (op, self.nodes) {
+            (Op::Up, _) | (Op::Node, NodeReads::One) => 1,
+            (Op::Node, NodeReads::Pair) => 1 + u32::from(id != 0),
+            (Op::Node, NodeReads::Parent) => u32::from(id != 0),
             _ => 0,
-        };
-        let of_set = |set: &RaySet| set.steps[set.range(ray)].iter().map(fetches).sum::<u32>();
-        tile.ray_sets.iter().map(of_set).sum()
+        }
     }
 
-    /// Checks what lockstep relies on.
-    fn check(&self, tile: &Tile, rays: u32) -> Result<(), Error> {
-        let (expected, found) = (self.header.ray_sets.len(), tile.ray_sets.len());
-        if found != expected {
-            return Err(self.refuse(format!("a tile has {found} ray sets, expected {expected}")));
-        }
-        for set in &tile.ray_sets {
-            let ends_rise = set.ends.is_sorted();
-            let last = set.ends.last().copied().unwrap_or(0) as usize;
-            let complete = set.ends.len() == rays as usize && set.hits.len() == rays as usize;
-            if !(ends_rise && complete && last <= set.steps.len()) {
-                return Err(self.refuse(format!(
-                    "a ray set of a tile of {rays} rays has {} ends, {} hits and {} steps up to {last}",
-                    set.ends.len(),
-                    set.hits.len(),
-                    set.steps.len()
-                )));
+    /// Bytes that a ray's step loads, stacks apart.
+    pub(crate) fn loaded_bytes(&self, op: Op, id: u32) -> u32 {
+        let bytes = |reads: Reads| reads.loads * VEC4_BYTES as u32;
+        match op {
+            Op::Primitive => {
+                let index = if self.buffers.has_index_list() { INDEX_BYTES } else { 0 };
+                bytes(self.buffers.intersection_reads) + index
             }
+            _ => self.records(op, id) * bytes(self.buffers.node_reads),
         }
-        Ok(())
+    }
+
+    /// What the warps of a tile issued, from how often they took each step.
+    fn issue(&self, tally: &TileTally, issue: &mut [IssueCounters; Pass::COUNT]) {
+        for (set, &kind) in tally.sets.iter().zip(&self.kinds).filter(|&(_, &kind)| self.traces(kind)) {
+            let (pass, setup) = match kind {
+                RayKind::Primary => (Pass::Primary, self.primary_setup),
+                RayKind::Shadow => (Pass::Shadow, self.shadow_setup),
+            };
+            self.issue_set(set, setup, &mut issue[pass as usize]);
+        }
+        let output = &mut issue[Pass::Output as usize];
+        output.shaded += tally.shaded_lanes;
+        self.spend(self.shade, tally.shaded_warps, tally.shaded_lanes, output);
+        self.spend(self.output, tally.warps, tally.lanes, output);
+        if !self.writes_image {
+            output.output_bytes += tally.lanes * u64::from(self.output_bytes);
+        }
+    }
+
+    fn issue_set(&self, set: &Tally, setup: Cost, issue: &mut IssueCounters) {
+        issue.rays += set.rays;
+        self.spend(setup, set.warps, set.rays, issue);
+        self.spend(self.trip, set.warp_trips, set.lane_trips, issue);
+        for op in Op::ALL {
+            let (warps, lanes) = (set.warp_steps[op as usize], set.lane_steps[op as usize]);
+            issue.warp_steps += warps;
+            issue.lane_steps += lanes;
+            self.spend(self.step_costs[op as usize], warps, lanes, issue);
+        }
+        let of = |op: Op| (set.warp_steps[op as usize], set.lane_steps[op as usize]);
+        let ((node_warps, node_lanes), (up_warps, up_lanes)) = (of(Op::Node), of(Op::Up));
+        let siblings = (set.sibling_steps, node_lanes - set.root_lanes);
+        let records = match self.nodes {
+            NodeReads::One => (node_warps, node_lanes),
+            NodeReads::Pair => (node_warps + siblings.0, node_lanes + siblings.1),
+            NodeReads::Parent => siblings,
+        };
+        let (record_warps, record_lanes) = (records.0 + up_warps, records.1 + up_lanes);
+        self.spend(self.record_cost, record_warps, record_lanes, issue);
+        issue.node_fetches += record_lanes;
+        issue.primitive_tests += of(Op::Primitive).1;
+        issue.restarts += of(Op::Restart).1;
+        issue.pushes += of(Op::Push).1;
+        issue.pops += of(Op::Pop).1;
+    }
+
+    /// `warps` issued `cost`, for `lanes` of their lanes.
+    pub(crate) fn spend(&self, cost: Cost, warps: u64, lanes: u64, issue: &mut IssueCounters) {
+        let width = u64::from(self.warp_width);
+        issue.alu_active += u64::from(cost.alu) * lanes;
+        issue.alu_issued += u64::from(cost.alu) * warps * width;
+        issue.efu_active += u64::from(cost.efu) * lanes;
+        issue.efu_issued += u64::from(cost.efu) * warps * width;
     }
 }
 
-/// One thread's means to replay tiles.
-pub(crate) struct TileReplay<'a> {
-    program: &'a Program<'a>,
-    lockstep: Lockstep,
+fn sum(costs: &[Cost]) -> Cost {
+    let mut total = Cost::default();
+    costs.iter().for_each(|&cost| total += cost);
+    total
+}
+
+/// Collects what warps ask of the caches, tile by tile.
+pub(crate) struct Emitter {
     distinct: Distinct,
     writer: StreamWriter,
+    warp_ends: Vec<usize>,
+    issue: [IssueCounters; Pass::COUNT],
 }
 
-impl<'a> TileReplay<'a> {
-    pub(crate) fn new(program: &'a Program<'a>) -> Self {
-        Self { program, lockstep: Lockstep::new(), distinct: Distinct::new(), writer: StreamWriter::new() }
+impl Emitter {
+    pub(crate) fn new() -> Self {
+        Self {
+            distinct: Distinct::new(),
+            writer: StreamWriter::new(),
+            warp_ends: Vec::new(),
+            issue: [IssueCounters::default(); Pass::COUNT],
+        }
     }
 
-    /// Replays all warps of a tile.
+    /// One warp that traces, of tile `index` at `rect`.
     ///
     /// # Errors
-    /// When the tile contradicts the header or the topology.
-    pub(crate) fn run(&mut self, tile: &Tile, rect: TileRect) -> Result<TileStream, Error> {
-        let program = self.program;
-        let rays = rect.width * rect.height;
-        program.check(tile, rays)?;
-        let mut stream = TileStream {
-            node_fetches: (0..rays as usize).map(|ray| program.node_fetches(tile, ray)).collect(),
-            ..TileStream::default()
-        };
-        for lanes in program.lane_map.warps(rect) {
-            self.warp(tile, &lanes, &mut stream.issue).map_err(|problem| program.refuse(problem))?;
-            stream.warp_ends.push(self.writer.len());
+    /// A sentence when a step names what does not exist.
+    pub(crate) fn trace(
+        &mut self,
+        program: &Program,
+        warp: &WarpSteps,
+        index: u32,
+        rect: TileRect,
+    ) -> Result<(), String> {
+        if program.attachments > 0 {
+            self.pixels(program, Pass::Output, BufferKind::Attachment, &warp.rays, index, rect);
         }
-        stream.words = self.writer.take();
-        Ok(stream)
-    }
-
-    fn warp(&mut self, tile: &Tile, rays: &[u32], issue: &mut [IssueCounters; 3]) -> Result<(), String> {
-        let program = self.program;
-        let lanes = || (0_usize..).zip(rays).filter(|&(_, &ray)| ray != HELPER);
-        let active = lanes().count() as u32;
-        let Self { lockstep, distinct, writer, .. } = self;
-        let mut part = |pass: Pass, work: &mut dyn FnMut(&mut WarpBody<'_>) -> Result<(), String>| {
-            let counters = &mut issue[pass as usize];
-            work(&mut WarpBody { program, distinct, writer, counters, pass })
-        };
-        let mut primary_hits: Option<&[u32]> = None;
-        for (set, &kind) in tile.ray_sets.iter().zip(&program.header.ray_sets) {
-            // A ray that misses the box of a kd-tree takes no step, and yet has been made.
-            let is_traced = |ray: u32| {
-                let has_steps = !set.range(ray as usize).is_empty();
-                let is_due = primary_hits.is_some_and(|hits| hits[ray as usize] != NO_HIT);
-                kind == RayKind::Primary || has_steps || is_due
+        for (set, &kind) in program.kinds.iter().enumerate().filter(|&(_, &kind)| program.traces(kind)) {
+            let pass = match kind {
+                RayKind::Primary => Pass::Primary,
+                RayKind::Shadow => Pass::Shadow,
             };
-            let traced = || lanes().filter(|&(_, &ray)| is_traced(ray));
-            let count = traced().count() as u32;
-            let (pass, setup) = match kind {
-                RayKind::Primary => (Pass::Primary, program.primary_setup),
-                RayKind::Shadow => (Pass::Shadow, program.shadow_setup),
-            };
-            if count > 0 {
-                part(pass, &mut |body| {
-                    body.counters.rays += u64::from(count);
-                    body.issue(setup, count);
-                    let ranges = traced().map(|(lane, &ray)| {
-                        let range = set.range(ray as usize);
-                        (lane, range.start as u32, range.end as u32)
-                    });
-                    lockstep.run(program.header.loop_structure, &set.steps, ranges, body)
-                })?;
+            for step in warp.steps(set) {
+                self.step(program, pass, step)?;
             }
             // Shading comes between the primary ray and those that start at its hit.
-            if kind == RayKind::Primary && primary_hits.is_none() {
-                let hits = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit != NO_HIT);
-                let hits: Vec<u32> = hits.collect();
-                part(Pass::Output, &mut |body| body.shade(&hits))?;
-                primary_hits = Some(&set.hits);
+            if kind == RayKind::Primary && warp.shaded_lanes > 0 {
+                let (buffers, mut records) = (&program.buffers, [0; 64]);
+                let triangles = &warp.shaded;
+                let records = locate(triangles, &mut records, "triangle", |triangle| buffers.shading(triangle))?;
+                let mut output = self.part(program, Pass::Output);
+                output.read_records(BufferKind::Normal, buffers.shading_reads, records, warp.shaded_lanes);
+                output.end_turn(true);
             }
         }
-        part(Pass::Output, &mut |body| {
-            body.issue(program.output, active);
-            body.counters.output_bytes += u64::from(active * program.output_bytes);
-            Ok(())
-        })
+        if program.writes_image {
+            self.pixels(program, Pass::Output, BufferKind::Image, &warp.rays, index, rect);
+        }
+        self.end_warp();
+        Ok(())
+    }
+
+    /// A warp of a full-screen quad that reads the image.
+    pub(crate) fn present(&mut self, program: &Program, rays: &[u32], index: u32, rect: TileRect) {
+        self.pixels(program, Pass::Present, BufferKind::Image, rays, index, rect);
+        self.end_warp();
+    }
+
+    /// A run of lines that fixed-function hardware reads.
+    pub(crate) fn fetch(&mut self, program: &Program, pass: Pass, kind: BufferKind, lines: &[u32]) {
+        let mut part = self.part(program, pass);
+        let found = part.distinct.filter(lines.iter().copied(), part.writer.lines());
+        part.writer.push(Run::new(pass, kind, false, found, 1));
+        part.counters.vertex_lines_read += found as u64;
+        part.end_turn(true);
+    }
+
+    pub(crate) fn end_warp(&mut self) {
+        self.warp_ends.push(self.writer.len());
+    }
+
+    /// The counters of a pass, for what is not counted by warps.
+    pub(crate) fn issue(&mut self, pass: Pass) -> &mut IssueCounters {
+        &mut self.issue[pass as usize]
+    }
+
+    /// What has been collected, with what `tally` says that the warps issued.
+    pub(crate) fn take(&mut self, program: &Program, tally: &TileTally) -> TileStream {
+        program.issue(tally, &mut self.issue);
+        TileStream {
+            words: self.writer.take(),
+            warp_ends: std::mem::take(&mut self.warp_ends),
+            issue: std::mem::take(&mut self.issue),
+        }
+    }
+
+    fn part<'a>(&'a mut self, program: &'a Program, pass: Pass) -> Part<'a> {
+        let Self { distinct, writer, issue, .. } = self;
+        Part { program, distinct, writer, counters: &mut issue[pass as usize], pass }
+    }
+
+    /// Every lane reads or writes its pixel of an image, or reads it of every attachment.
+    fn pixels(
+        &mut self,
+        program: &Program,
+        pass: Pass,
+        kind: BufferKind,
+        rays: &[u32],
+        index: u32,
+        rect: TileRect,
+    ) {
+        let write = kind == BufferKind::Image && pass == Pass::Output;
+        let images = if kind == BufferKind::Attachment { program.attachments } else { 1 };
+        let shift = if write { program.image_line_shift } else { program.texture_line_shift };
+        let buffers = &program.buffers;
+        // The attachments lie before the image of a compute stage; no technique has both.
+        let tile = buffers.image_base + u64::from(index) * u64::from(TILE_RAYS) * PIXEL_BYTES;
+        for image in 0..u64::from(images) {
+            let base = tile + image * buffers.image_bytes;
+            let of_ray = |ray: u32| {
+                let offset = u64::from(z_order(ray % rect.width, ray / rect.width)) * PIXEL_BYTES;
+                ((base + offset) >> shift) as u32
+            };
+            let active = rays.iter().filter(|&&ray| ray != HELPER).count() as u32;
+            let lines = rays.iter().copied().filter(|&ray| ray != HELPER).map(of_ray);
+            let mut part = self.part(program, pass);
+            part.touch(Access { kind, write, bytes: PIXEL_BYTES as u32, repeats: 1 }, lines, active);
+        }
+        self.part(program, pass).end_turn(!write);
+    }
+
+    #[inline(always)]
+    fn step(&mut self, program: &Program, pass: Pass, step: WarpStep<'_>) -> Result<(), String> {
+        let mut part = self.part(program, pass);
+        match step.op {
+            Op::Node => part.node(step),
+            Op::Up => part.record(step.records, step.lanes).map(|()| part.end_turn(true)),
+            Op::Primitive => part.primitive(step),
+            Op::Push => part.stack(step, true),
+            Op::Pop => part.stack(step, false),
+            Op::Restart => Ok(()),
+            Op::Instance | Op::AnyHit => unreachable!("lockstep refuses these"),
+        }
     }
 }
 
-/// Counts and lists what a warp does in one pass.
-struct WarpBody<'a> {
-    program: &'a Program<'a>,
+/// What a warp does in one pass.
+struct Part<'a> {
+    program: &'a Program,
     distinct: &'a mut Distinct,
     writer: &'a mut StreamWriter,
     counters: &'a mut IssueCounters,
     pass: Pass,
 }
 
-impl WarpBody<'_> {
-    /// The warp issued `cost` for `active` of its lanes.
-    #[inline(always)]
-    fn issue(&mut self, cost: Cost, active: u32) {
-        let (active, width) = (u64::from(active), u64::from(self.program.warp_width));
-        self.counters.alu_active += u64::from(cost.alu) * active;
-        self.counters.alu_issued += u64::from(cost.alu) * width;
-        self.counters.efu_active += u64::from(cost.efu) * active;
-        self.counters.efu_issued += u64::from(cost.efu) * width;
-    }
-
+impl Part<'_> {
     /// One load or store of `bytes` per lane on `lines`, or `repeats` of them on the same.
     #[inline(always)]
     fn touch(&mut self, access: Access, lines: impl Iterator<Item = u32>, active: u32) {
-        let Access { kind, write, bytes, repeats } = access;
         let found = self.distinct.filter(lines, self.writer.lines());
+        self.count(access, found, active);
+    }
+
+    #[inline(always)]
+    fn count(&mut self, access: Access, found: usize, active: u32) {
+        let Access { kind, write, bytes, repeats } = access;
         self.writer.push(Run::new(self.pass, kind, write, found, repeats));
         let bytes = active * bytes;
         let port_cycles = (found as u32).max(bytes.div_ceil(self.program.port_bytes));
         let (repeats, lines) = (u64::from(repeats), found as u64);
+        let texture = !write && matches!(kind, BufferKind::Image | BufferKind::Attachment);
         self.counters.memory_instructions += repeats;
         self.counters.line_accesses += repeats * lines;
         self.counters.lines_read += if write { 0 } else { repeats * lines };
+        self.counters.texture_lines_read += if texture { repeats * lines } else { 0 };
         self.counters.lane_bytes += repeats * u64::from(bytes);
         self.counters.load_store_cycles += repeats * u64::from(port_cycles);
     }
@@ -272,83 +406,88 @@ impl WarpBody<'_> {
         self.counters.memory_waits += u64::from(waits);
     }
 
-    /// Shades the hit triangles of a warp's lanes.
-    fn shade(&mut self, hits: &[u32]) -> Result<(), String> {
-        if hits.is_empty() {
+    #[inline(always)]
+    fn record(&mut self, nodes: &[u32], active: u32) -> Result<(), String> {
+        let (buffers, mut records) = (&self.program.buffers, [0; 64]);
+        let records = locate(nodes, &mut records, "node", |node| buffers.node(node))?;
+        self.read_records(BufferKind::Node, buffers.node_reads, records, active);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn node(&mut self, step: WarpStep<'_>) -> Result<(), String> {
+        let siblings = step.lanes - step.root_lanes;
+        if self.program.nodes != NodeReads::Parent {
+            self.record(step.records, step.lanes)?;
+        }
+        if self.program.nodes != NodeReads::One && siblings > 0 {
+            let buffers = &self.program.buffers;
+            let (mut nodes, mut records) = ([0; 64], [0; 64]);
+            let mut count = 0;
+            for &node in step.records.iter().filter(|&&node| node != 0) {
+                nodes[count] = node;
+                count += 1;
+            }
+            let nodes = &nodes[..count];
+            let records = if self.program.nodes == NodeReads::Pair {
+                locate(nodes, &mut records, "sibling of node", |node| buffers.node(node + 1))?
+            } else {
+                locate(nodes, &mut records, "parent of node", |node| buffers.node(node))?
+            };
+            self.read_records(BufferKind::Node, buffers.node_reads, records, siblings);
+        } else if self.program.nodes == NodeReads::Parent {
             return Ok(());
         }
-        let buffers = self.program.buffers;
-        let active = hits.len() as u32;
-        self.counters.shaded += u64::from(active);
-        self.issue(self.program.shade, active);
-        let mut records = [0; 64];
-        let count = self.distinct.filter(hits.iter().copied(), &mut records);
-        locate(&mut records[..count], "triangle", |triangle| buffers.shading(triangle))?;
-        self.read_records(BufferKind::Normal, buffers.shading_reads, &records[..count], active);
         self.end_turn(true);
         Ok(())
     }
 
     #[inline(always)]
-    fn node(&mut self, ids: &[u32], pair: bool) -> Result<(), String> {
-        let (buffers, active) = (self.program.buffers, ids.len() as u32);
-        let mut nodes = [0; 64];
-        let count = self.distinct.filter(ids.iter().copied(), &mut nodes);
-        let mut records = nodes;
-        locate(&mut records[..count], "node", |node| buffers.node(node))?;
-        self.read_records(BufferKind::Node, buffers.node_reads, &records[..count], active);
-        let mut siblings = 0;
-        if pair {
-            // The root has no sibling.
-            siblings = ids.iter().map(|&id| u32::from(id != 0)).sum();
-            let mut count = count;
-            if siblings < active {
-                let of_root = nodes[..count].iter().position(|&node| node == 0).unwrap_or(0);
-                nodes.copy_within(of_root + 1..count, of_root);
-                count -= 1;
-            }
-            if siblings > 0 {
-                locate(&mut nodes[..count], "sibling of node", |node| buffers.node(node + 1))?;
-                self.read_records(BufferKind::Node, buffers.node_reads, &nodes[..count], siblings);
-                self.issue(self.program.sibling_cost, siblings);
-            }
-        }
-        self.counters.node_fetches += u64::from(active + siblings);
-        self.end_turn(true);
-        Ok(())
-    }
-
-    #[inline(always)]
-    fn primitive(&mut self, ids: &[u32]) -> Result<(), String> {
-        let (buffers, active) = (self.program.buffers, ids.len() as u32);
-        let mut records = [0; 64];
-        let count = self.distinct.filter(ids.iter().copied(), &mut records);
+    fn primitive(&mut self, step: WarpStep<'_>) -> Result<(), String> {
+        let (buffers, active) = (&self.program.buffers, step.lanes);
         if buffers.has_index_list() {
-            let lines = records[..count].iter().map(|&position| buffers.index_line(position));
+            let lines = step.records.iter().map(|&position| buffers.index_line(position));
             let access = Access { kind: BufferKind::Index, write: false, bytes: INDEX_BYTES, repeats: 1 };
             self.touch(access, lines, active);
             self.end_turn(true);
         }
-        locate(&mut records[..count], "primitive", |position| buffers.intersection(position))?;
-        self.read_records(BufferKind::Primitive, buffers.intersection_reads, &records[..count], active);
-        self.counters.primitive_tests += u64::from(active);
+        let mut records = [0; 64];
+        let records =
+            locate(step.records, &mut records, "primitive", |position| buffers.intersection(position))?;
+        self.read_records(BufferKind::Primitive, buffers.intersection_reads, records, active);
         self.end_turn(true);
         Ok(())
     }
 
     #[inline(always)]
-    fn stack(&mut self, lanes: &[u8], entries: &[u32], write: bool) -> Result<(), String> {
-        let (buffers, active) = (self.program.buffers, entries.len() as u32);
-        if buffers.stack_entries == 0 {
-            return Ok(());
+    fn stack(&mut self, step: WarpStep<'_>, write: bool) -> Result<(), String> {
+        let entries = self.program.stack_entries;
+        let buffers = &self.program.buffers;
+        let out = self.writer.lines();
+        let mut found = 0;
+        for group in step.records.chunks_exact(3) {
+            let entry = group[0];
+            if entry >= entries {
+                return Err(format!("a step names stack entry {entry} of {entries}"));
+            }
+            let mut lanes = u64::from(group[1]) | u64::from(group[2]) << 32;
+            let mut last = None;
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros();
+                lanes &= lanes - 1;
+                let line = buffers.stack_line(entry, lane, self.program.warp_width);
+                if last != Some(line) {
+                    // Entries are distinct; two of them share a line only where a line holds more than a warp's entry.
+                    if !out[..found].contains(&line) {
+                        out[found] = line;
+                        found += 1;
+                    }
+                    last = Some(line);
+                }
+            }
         }
-        if let Some(entry) = entries.iter().find(|&&entry| entry >= buffers.stack_entries) {
-            return Err(format!("a step names stack entry {entry} of {}", buffers.stack_entries));
-        }
-        let width = self.program.warp_width;
-        let of_lane = |(&lane, &entry): (&u8, &u32)| buffers.stack_line(entry, u32::from(lane), width);
         let access = Access { kind: BufferKind::Stack, write, bytes: STACK_ENTRY_BYTES, repeats: 1 };
-        self.touch(access, lanes.iter().zip(entries).map(of_lane), active);
+        self.count(access, found, step.lanes);
         self.end_turn(!write);
         Ok(())
     }
@@ -364,47 +503,19 @@ struct Access {
     repeats: u32,
 }
 
-/// Replaces ids by addresses.
+/// The addresses of ids.
 #[inline(always)]
-fn locate(ids: &mut [u32], what: &str, address: impl Fn(u32) -> Option<u32>) -> Result<(), String> {
-    for id in ids {
-        match address(*id) {
-            Some(address) => *id = address,
+fn locate<'a>(
+    ids: &[u32],
+    addresses: &'a mut [u32; 64],
+    what: &str,
+    address: impl Fn(u32) -> Option<u32>,
+) -> Result<&'a [u32], String> {
+    for (&id, place) in ids.iter().zip(addresses.iter_mut()) {
+        match address(id) {
+            Some(address) => *place = address,
             None => return Err(format!("a step names {what} {id}, which does not exist")),
         }
     }
-    Ok(())
-}
-
-impl Body for WarpBody<'_> {
-    #[inline(always)]
-    fn trip(&mut self, lanes: u32) {
-        self.issue(self.program.trip, lanes);
-    }
-
-    #[inline(always)]
-    fn step(&mut self, op: Op, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
-        let active = ids.len() as u64;
-        self.counters.warp_steps += 1;
-        self.counters.lane_steps += active;
-        self.issue(self.program.step_costs[op as usize], ids.len() as u32);
-        match op {
-            Op::Node => self.node(ids, self.program.pair),
-            Op::Up => self.node(ids, false),
-            Op::Primitive => self.primitive(ids),
-            Op::Push => {
-                self.counters.pushes += active;
-                self.stack(lanes, ids, true)
-            }
-            Op::Pop => {
-                self.counters.pops += active;
-                self.stack(lanes, ids, false)
-            }
-            Op::Restart => {
-                self.counters.restarts += active;
-                Ok(())
-            }
-            Op::Instance | Op::AnyHit => unreachable!("lockstep refuses these"),
-        }
-    }
+    Ok(&addresses[..ids.len()])
 }

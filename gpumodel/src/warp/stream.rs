@@ -1,21 +1,8 @@
 //! What a tile's warps ask of the caches, packed into words: for each load or store a header, then its lines.
 
-use crate::counters::IssueCounters;
+use crate::counters::{IssueCounters, Pass};
 use crate::layout::BufferKind;
 use std::ops::Range;
-
-/// A part of the shader.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(crate) enum Pass {
-    Primary = 0,
-    Shadow = 1,
-    Output = 2,
-}
-
-impl Pass {
-    pub(crate) const ALL: [Self; 3] = [Self::Primary, Self::Shadow, Self::Output];
-}
 
 /// The streams of a tile's warps, and what the warps issued.
 #[derive(Debug, Default)]
@@ -24,9 +11,7 @@ pub(crate) struct TileStream {
     /// Where each warp's words end.
     pub(crate) warp_ends: Vec<usize>,
     /// By [`Pass`].
-    pub(crate) issue: [IssueCounters; 3],
-    /// Node fetches of each ray of the tile.
-    pub(crate) node_fetches: Vec<u32>,
+    pub(crate) issue: [IssueCounters; Pass::COUNT],
 }
 
 /// One load or store of a warp, or several that touch the same lines in the same order.
@@ -37,11 +22,11 @@ impl Run {
     const LINES: u32 = 0xFF;
     const REPEAT_SHIFT: u32 = 8;
     const KIND_SHIFT: u32 = 16;
-    const PASS_SHIFT: u32 = 19;
-    const WRITE: u32 = 1 << 21;
-    const LAST: u32 = 1 << 22;
+    const PASS_SHIFT: u32 = 20;
+    const WRITE: u32 = 1 << 23;
+    const LAST: u32 = 1 << 24;
     /// Values of [`Self::key`] are below this.
-    pub(crate) const KEYS: usize = 64;
+    pub(crate) const KEYS: usize = 256;
 
     /// `lines` is at most the lanes of a warp, `repeats` the loads that touch them.
     #[inline(always)]
@@ -86,9 +71,9 @@ impl Run {
 
     /// What a key stands for; `None` for a number that no run has.
     pub(crate) fn of_key(key: usize) -> Option<(Pass, BufferKind, bool)> {
-        let kind = BufferKind::ALL.get(key & 7)?;
-        let pass = Pass::ALL.get(key >> 3 & 3)?;
-        Some((*pass, *kind, key >> 5 != 0))
+        let kind = BufferKind::ALL.get(key & 15)?;
+        let pass = Pass::ALL.get(key >> 4 & 7)?;
+        Some((*pass, *kind, key >> 7 != 0))
     }
 }
 

@@ -1,0 +1,301 @@
+//! How a frame is rendered: which passes it has.
+
+use super::sourced::{File, Sourced, Tag, tags};
+use crate::counters::Pass;
+use crate::error::Error;
+use serde::Deserialize;
+use std::ops::Range;
+use toml::Spanned;
+
+/// A technique that comes with the program.
+pub struct BuiltinTechnique {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// The text of its file.
+    pub toml: &'static str,
+}
+
+/// All techniques that come with the program.
+pub const TECHNIQUES: &[BuiltinTechnique] = &[
+    BuiltinTechnique { name: "fragment", toml: include_str!("../../../configs/techniques/fragment.toml") },
+    BuiltinTechnique { name: "compute", toml: include_str!("../../../configs/techniques/compute.toml") },
+    BuiltinTechnique { name: "hybrid", toml: include_str!("../../../configs/techniques/hybrid.toml") },
+    BuiltinTechnique {
+        name: "hybrid-resolved",
+        toml: include_str!("../../../configs/techniques/hybrid-resolved.toml"),
+    },
+];
+
+/// Bytes of a vertex's position, and of its normal.
+pub(crate) const VECTOR_BYTES: u32 = 12;
+
+/// The passes of a frame, in the order raster, trace, present.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Technique {
+    /// Short name.
+    pub name: String,
+    /// One line.
+    pub title: String,
+    /// Rasterises the geometry first; without it primary rays are traced.
+    pub raster: Option<Raster>,
+    /// The stage that traces.
+    pub stage: Stage,
+    /// Draws what a compute stage has written.
+    pub present: Option<Present>,
+    tags: Vec<(String, Tag)>,
+}
+
+/// Rasterisation of the geometry into normal and depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Raster {
+    /// Bytes from vertex to vertex; three vertices per triangle.
+    pub vertex_bytes: u32,
+    /// Where normal and depth are between the passes.
+    pub attachments: Attachments,
+}
+
+/// Where attachments are between the pass that writes and the pass that reads them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Attachments {
+    /// In tile memory: framebuffer fetch, no DRAM.
+    Tile,
+    /// Written to DRAM, read as textures.
+    Memory,
+}
+
+/// What kind of shader traces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// A fragment shader: warps of 2x2 quads, colour to tile memory.
+    Fragment,
+    /// A compute shader: warps of rows of a workgroup, colour to an image.
+    Compute {
+        /// Lanes of a workgroup, width and height.
+        workgroup: [u32; 2],
+    },
+}
+
+/// A full-screen quad that reads an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Present;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TechniqueFile {
+    technique: Spanned<IdentityFile>,
+    raster: Option<Spanned<RasterFile>>,
+    trace: Spanned<TraceFile>,
+    present: Option<Spanned<PresentFile>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct IdentityFile {
+    name: Spanned<String>,
+    title: String,
+    source: Spanned<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RasterFile {
+    vertex_bytes: Sourced<u32>,
+    attachments: Attachments,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TraceFile {
+    stage: StageFile,
+    primary: Spanned<bool>,
+    workgroup: Option<Sourced<[u32; 2]>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum StageFile {
+    Fragment,
+    Compute,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PresentFile {
+    source: Spanned<String>,
+}
+
+impl Technique {
+    /// Reads and checks a technique; `file_name` is for messages only.
+    ///
+    /// # Errors
+    /// Names the file, the line, the key, what was expected and the remedy.
+    pub fn parse(toml_text: &str, file_name: &str) -> Result<Self, Error> {
+        let file = File::new(file_name, toml_text);
+        let raw: TechniqueFile = file.read()?;
+        let identity = raw.technique.get_ref();
+        file.said("technique.source", &identity.source)?;
+        if identity.name.get_ref().is_empty() {
+            return Err(file.refuse("technique.name", &identity.name.span(), "is empty", "name the technique"));
+        }
+        let raster = raw.raster.as_ref().map(|raster| read_raster(&file, raster.get_ref())).transpose()?;
+        let trace_span = raw.trace.span();
+        let trace = raw.trace.into_inner();
+        let primary = *trace.primary.get_ref();
+        if primary == raster.is_some() {
+            let (problem, remedy) = if primary {
+                ("is true, and [raster] finds the same hits", "leave out [raster], or set it to false")
+            } else {
+                ("is false, and nothing else finds the hits that shadow rays start from", "add [raster], or set it to true")
+            };
+            return Err(file.refuse("trace.primary", &trace.primary.span(), problem, remedy));
+        }
+        let stage = read_stage(&file, &trace, &trace_span)?;
+        if let Some(present) = &raw.present {
+            file.said("present.source", &present.get_ref().source)?;
+        }
+        let compute = matches!(stage, Stage::Compute { .. });
+        if compute != raw.present.is_some() {
+            let (problem, remedy) = if compute {
+                ("is compute, whose image nothing draws", "add [present]")
+            } else {
+                ("is fragment, which writes no image for [present] to draw", "leave out [present]")
+            };
+            return Err(file.refuse("trace.stage", &trace_span, problem, remedy));
+        }
+        if compute && raster.is_some() {
+            let problem = "is compute, which cannot read the attachments of [raster] from tile memory";
+            return Err(file.refuse("trace.stage", &trace_span, problem, "use the fragment stage"));
+        }
+        let IdentityFile { name, title, .. } = raw.technique.into_inner();
+        Ok(Self {
+            name: name.into_inner(),
+            title,
+            raster,
+            stage,
+            present: raw.present.map(|_| Present),
+            tags: tags(toml_text),
+        })
+    }
+
+    /// The technique of that name that comes with the program.
+    pub fn builtin(name: &str) -> Option<Result<Self, Error>> {
+        let technique = TECHNIQUES.iter().find(|technique| technique.name == name)?;
+        Some(Self::parse(technique.toml, &format!("{name}.toml")))
+    }
+
+    /// The passes that a frame of this technique has, in order.
+    pub fn passes(&self) -> Vec<Pass> {
+        let has = |pass: &Pass| match pass {
+            Pass::Binning | Pass::Geometry => self.raster.is_some(),
+            Pass::Primary => self.raster.is_none(),
+            Pass::Shadow | Pass::Output => true,
+            Pass::Present => self.present.is_some(),
+        };
+        Pass::ALL.into_iter().filter(has).collect()
+    }
+
+    /// Dotted keys of its figures that are estimates.
+    pub fn estimates(&self) -> Vec<String> {
+        let estimates = self.tags.iter().filter(|(_, tag)| *tag == Tag::Estimate);
+        estimates.map(|(key, _)| key.clone()).collect()
+    }
+}
+
+impl Raster {
+    /// Names of the attachments that go through DRAM.
+    pub fn attachments_in_memory(&self) -> &'static [&'static str] {
+        match self.attachments {
+            Attachments::Tile => &[],
+            Attachments::Memory => &Self::ATTACHMENTS,
+        }
+    }
+
+    /// What the geometry pass writes, 4 bytes per pixel each.
+    pub const ATTACHMENTS: [&'static str; 2] = ["normal", "depth"];
+}
+
+fn read_raster(file: &File<'_>, raw: &RasterFile) -> Result<Raster, Error> {
+    let vertex_bytes = file.within("raster.vertex_bytes", &raw.vertex_bytes, 2 * VECTOR_BYTES..=4096)?;
+    if !vertex_bytes.is_multiple_of(4) {
+        let problem = format!("is {vertex_bytes}, expected a multiple of 4");
+        let span = raw.vertex_bytes.value.span();
+        return Err(file.refuse("raster.vertex_bytes", &span, problem, "correct the value"));
+    }
+    Ok(Raster { vertex_bytes, attachments: raw.attachments })
+}
+
+fn read_stage(file: &File<'_>, raw: &TraceFile, span: &Range<usize>) -> Result<Stage, Error> {
+    const KEY: &str = "trace.workgroup";
+    match (raw.stage, &raw.workgroup) {
+        (StageFile::Fragment, None) => Ok(Stage::Fragment),
+        (StageFile::Compute, Some(figure)) => {
+            let workgroup = *file.sourced(KEY, figure)?;
+            let fits = |edge: u32| edge.is_power_of_two() && edge <= tracer::TILE_EDGE;
+            if workgroup.into_iter().all(fits) {
+                return Ok(Stage::Compute { workgroup });
+            }
+            let [width, height] = workgroup;
+            let problem =
+                format!("is [{width}, {height}], expected two powers of two from 1 to {}", tracer::TILE_EDGE);
+            Err(file.refuse(KEY, &figure.value.span(), problem, "correct the value"))
+        }
+        (StageFile::Compute, None) => {
+            Err(file.refuse(KEY, span, "is missing, and the stage is compute", "give a workgroup"))
+        }
+        (StageFile::Fragment, Some(figure)) => {
+            let problem = "is of compute stages, and the stage is fragment";
+            Err(file.refuse(KEY, &figure.value.span(), problem, "leave it out"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(name: &str, from: &str, to: &str) -> String {
+        let text = TECHNIQUES.iter().find(|technique| technique.name == name).expect("built in").toml;
+        assert!(text.contains(from), "{name} has '{from}'");
+        Technique::parse(&text.replace(from, to), "t.toml").expect_err("it is wrong now").to_string()
+    }
+
+    #[test]
+    fn every_built_in_technique_is_valid_and_has_its_name() {
+        for builtin in TECHNIQUES {
+            let technique = Technique::builtin(builtin.name).expect("built in").expect("valid");
+            assert_eq!(technique.name, builtin.name);
+            assert!(Technique::builtin("forward").is_none());
+        }
+    }
+
+    #[test]
+    fn a_technique_has_the_passes_that_it_needs_and_no_others() {
+        use Pass::{Binning, Geometry, Output, Present, Primary, Shadow};
+        let passes = |name: &str| Technique::builtin(name).expect("built in").expect("valid").passes();
+        assert_eq!(passes("fragment"), [Primary, Shadow, Output]);
+        assert_eq!(passes("compute"), [Primary, Shadow, Output, Present]);
+        assert_eq!(passes("hybrid"), [Binning, Geometry, Shadow, Output]);
+        assert_eq!(passes("hybrid-resolved"), passes("hybrid"));
+    }
+
+    #[test]
+    fn techniques_that_contradict_themselves_are_refused_with_their_line() {
+        for (name, from, to, line, expected) in [
+            ("fragment", "primary = true", "primary = false", 11, "add [raster]"),
+            ("hybrid", "primary = false", "primary = true", 17, "leave out [raster]"),
+            ("compute", "[present]", "[resolve]", 14, "unknown field `resolve`"),
+            ("compute", "stage = \"compute\"", "stage = \"fragment\"", 12, "leave it out"),
+            ("compute", "value = [8, 8]", "value = [8, 3]", 12, "powers of two"),
+            ("compute", "value = [8, 8]", "value = [64, 1]", 12, "powers of two"),
+            ("hybrid", "value = 24", "value = 23", 11, "expected 24 to 4096"),
+            ("hybrid", "value = 24", "value = 25", 11, "multiple of 4"),
+            ("hybrid", "\"tile\"", "\"cloud\"", 13, "unknown variant"),
+            ("fragment", "name = \"fragment\"", "name = \"\"", 4, "is empty"),
+        ] {
+            let message = refusal(name, from, to);
+            assert!(message.starts_with(&format!("t.toml:{line}: ")), "{message}");
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

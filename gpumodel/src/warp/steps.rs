@@ -1,0 +1,240 @@
+//! What the warps of a tile do before anything has an address: which lanes take which step together, and on which records.
+//!
+//! This part of a replay does not depend on layouts, caches or costs, so that many variants of a frame share it. A step is kept
+//! as a header and its distinct ids; steps on a stack as its distinct entries, each with the lanes that use it.
+
+use super::distinct::Distinct;
+use super::lockstep::{Body, Lockstep};
+use crate::schedule::{HELPER, LaneMap};
+use std::ops::Range;
+use tracer::{NO_HIT, Op, RayKind, RaySet, Tile, TileRect, TraceHeader};
+
+/// Steps and trips of a ray set, by how many warps and how many lanes took them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    /// Steps of whole warps, by [`Op`].
+    pub(crate) warp_steps: [u64; Op::ALL.len()],
+    /// Steps of single lanes, by [`Op`].
+    pub(crate) lane_steps: [u64; Op::ALL.len()],
+    /// Lanes at the root in a node step: they have no sibling to read.
+    pub(crate) root_lanes: u64,
+    /// Node steps in which some lane was not at the root.
+    pub(crate) sibling_steps: u64,
+    pub(crate) warp_trips: u64,
+    pub(crate) lane_trips: u64,
+    /// Warps that traced any ray of the set, and those rays.
+    pub(crate) warps: u64,
+    pub(crate) rays: u64,
+}
+
+/// Sums over the warps of a tile.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TileTally {
+    /// By ray set.
+    pub(crate) sets: Vec<Tally>,
+    pub(crate) warps: u64,
+    /// Lanes that have a pixel.
+    pub(crate) lanes: u64,
+    /// Warps with a hit to shade, and those hits.
+    pub(crate) shaded_warps: u64,
+    pub(crate) shaded_lanes: u64,
+}
+
+/// One warp's steps.
+#[derive(Debug, Default)]
+pub(crate) struct WarpSteps {
+    words: Vec<u32>,
+    /// Where the steps of each ray set lie in `words`.
+    pub(crate) sets: Vec<Range<usize>>,
+    /// Distinct triangles to shade, and for how many lanes.
+    pub(crate) shaded: Vec<u32>,
+    pub(crate) shaded_lanes: u32,
+    /// The ray of each lane within the tile, or [`HELPER`].
+    pub(crate) rays: Vec<u32>,
+}
+
+/// A step of a warp.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WarpStep<'a> {
+    pub(crate) op: Op,
+    /// Lanes that take it.
+    pub(crate) lanes: u32,
+    /// Of them, those at node 0.
+    pub(crate) root_lanes: u32,
+    /// Distinct ids in order of first appearance; for Push and Pop three words each: entry and lane mask, low half first.
+    pub(crate) records: &'a [u32],
+}
+
+const OP_SHIFT: u32 = 29;
+const ROOT_SHIFT: u32 = 16;
+const LANES_SHIFT: u32 = 8;
+const FIELD: u32 = 0x7F;
+
+impl WarpSteps {
+    /// The steps of one ray set.
+    #[inline]
+    pub(crate) fn steps(&self, set: usize) -> impl Iterator<Item = WarpStep<'_>> {
+        let mut words = &self.words[self.sets[set].clone()];
+        std::iter::from_fn(move || {
+            let (&header, rest) = words.split_first()?;
+            let op = Op::ALL[(header >> OP_SHIFT) as usize];
+            let count = (header & FIELD) as usize;
+            let per_record = if matches!(op, Op::Push | Op::Pop) { 3 } else { 1 };
+            let (records, rest) = rest.split_at(count * per_record);
+            words = rest;
+            let (lanes, root_lanes) = (header >> LANES_SHIFT & FIELD, header >> ROOT_SHIFT & FIELD);
+            Some(WarpStep { op, lanes, root_lanes, records })
+        })
+    }
+}
+
+/// Runs the warps of tiles in lockstep.
+pub(crate) struct Stepper {
+    lockstep: Lockstep,
+    distinct: Distinct,
+    warp: WarpSteps,
+}
+
+impl Stepper {
+    pub(crate) fn new() -> Self {
+        Self { lockstep: Lockstep::new(), distinct: Distinct::new(), warp: WarpSteps::default() }
+    }
+
+    /// Hands every warp of a checked tile to `take`; ray sets that are not `wanted` are passed over.
+    ///
+    /// # Errors
+    /// A sentence when the tile holds steps that no modelled shader takes, or what `take` says.
+    pub(crate) fn run(
+        &mut self,
+        header: &TraceHeader,
+        wanted: &[bool],
+        lane_map: &LaneMap,
+        (tile, rect): (&Tile, TileRect),
+        mut take: impl FnMut(&WarpSteps) -> Result<(), String>,
+    ) -> Result<TileTally, String> {
+        let sets = header.ray_sets.len();
+        let mut tally = TileTally { sets: vec![Tally::default(); sets], ..TileTally::default() };
+        for rays in lane_map.warps(rect) {
+            self.warp(header, wanted, tile, rays, &mut tally)?;
+            take(&self.warp)?;
+        }
+        Ok(tally)
+    }
+
+    fn warp(
+        &mut self,
+        header: &TraceHeader,
+        wanted: &[bool],
+        tile: &Tile,
+        rays: Vec<u32>,
+        tally: &mut TileTally,
+    ) -> Result<(), String> {
+        let Self { lockstep, distinct, warp } = self;
+        let kinds = &header.ray_sets;
+        let stack_in_memory = header.stack_entries > 0;
+        warp.words.clear();
+        warp.sets.clear();
+        warp.rays = rays;
+        let lanes = || (0_usize..).zip(&warp.rays).filter(|&(_, &ray)| ray != HELPER);
+        let primary = kinds.iter().position(|&kind| kind == RayKind::Primary);
+        let primary_hits = primary.map(|set| tile.ray_sets[set].hits.as_slice());
+        for (index, (set, &kind)) in tile.ray_sets.iter().zip(kinds).enumerate() {
+            let start = warp.words.len();
+            let traced = || lanes().filter(|&(_, &ray)| is_traced(set, kind, primary_hits, ray as usize));
+            let count = if wanted[index] { traced().count() } else { 0 };
+            if count > 0 {
+                let tally = &mut tally.sets[index];
+                tally.warps += 1;
+                tally.rays += count as u64;
+                let ranges = traced().map(|(lane, &ray)| {
+                    let range = set.range(ray as usize);
+                    (lane, range.start as u32, range.end as u32)
+                });
+                let mut body = Recorder { stack_in_memory, words: &mut warp.words, distinct, tally };
+                lockstep.run(header.loop_structure, &set.steps, ranges, &mut body)?;
+            }
+            warp.sets.push(start..warp.words.len());
+        }
+        let hits = primary_hits.unwrap_or(&[]);
+        let of_lanes = lanes().filter_map(|(_, &ray)| hits.get(ray as usize).copied());
+        let mut shaded = [0; 64];
+        let mut shaded_lanes = 0;
+        let found = distinct.filter(of_lanes.filter(|&hit| hit != NO_HIT).inspect(|_| shaded_lanes += 1), &mut shaded);
+        warp.shaded.clear();
+        warp.shaded.extend_from_slice(&shaded[..found]);
+        warp.shaded_lanes = shaded_lanes;
+        tally.warps += 1;
+        tally.lanes += lanes().count() as u64;
+        tally.shaded_warps += u64::from(shaded_lanes > 0);
+        tally.shaded_lanes += u64::from(shaded_lanes);
+        Ok(())
+    }
+}
+
+/// A ray that misses the box of a kd-tree takes no step, and yet has been made.
+fn is_traced(set: &RaySet, kind: RayKind, primary_hits: Option<&[u32]>, ray: usize) -> bool {
+    let has_steps = !set.range(ray).is_empty();
+    kind == RayKind::Primary || has_steps || primary_hits.is_some_and(|hits| hits[ray] != NO_HIT)
+}
+
+/// Writes steps into words.
+struct Recorder<'a> {
+    stack_in_memory: bool,
+    words: &'a mut Vec<u32>,
+    distinct: &'a mut Distinct,
+    tally: &'a mut Tally,
+}
+
+impl Recorder<'_> {
+    /// Groups lanes by stack entry: neighbours are mostly at the same one.
+    fn stack(&mut self, header: u32, lanes: &[u8], ids: &[u32]) {
+        let at = self.words.len();
+        self.words.push(0);
+        for (&lane, &entry) in lanes.iter().zip(ids) {
+            let bit = 1_u64 << (lane % 64);
+            let (low, high) = (bit as u32, (bit >> 32) as u32);
+            match self.words[at + 1..].chunks_exact_mut(3).find(|group| group[0] == entry) {
+                Some(group) => {
+                    group[1] |= low;
+                    group[2] |= high;
+                }
+                None => self.words.extend([entry, low, high]),
+            }
+        }
+        self.words[at] = header | ((self.words.len() - at) / 3) as u32;
+    }
+}
+
+impl Body for Recorder<'_> {
+    #[inline(always)]
+    fn trip(&mut self, lanes: u32) {
+        self.tally.warp_trips += 1;
+        self.tally.lane_trips += u64::from(lanes);
+    }
+
+    #[inline(always)]
+    fn step(&mut self, op: Op, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
+        let active = ids.len() as u32;
+        self.tally.warp_steps[op as usize] += 1;
+        self.tally.lane_steps[op as usize] += u64::from(active);
+        let header = (op as u32) << OP_SHIFT | active << LANES_SHIFT;
+        match op {
+            Op::Restart => {}
+            Op::Push | Op::Pop if self.stack_in_memory => self.stack(header, lanes, ids),
+            Op::Push | Op::Pop => {}
+            _ => {
+                let roots =
+                    if op == Op::Node { ids.iter().map(|&id| u32::from(id == 0)).sum() } else { 0 };
+                self.tally.root_lanes += u64::from(roots);
+                self.tally.sibling_steps += u64::from(op == Op::Node && roots < active);
+                let at = self.words.len();
+                self.words.resize(at + 65, 0);
+                let out = self.words[at + 1..].first_chunk_mut().expect("room for a warp");
+                let found = self.distinct.filter(ids.iter().copied(), out);
+                self.words[at] = header | roots << ROOT_SHIFT | found as u32;
+                self.words.truncate(at + 1 + found);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,269 @@
+//! Do techniques, layouts and orders differ in what they should differ in, and in nothing else?
+
+use gpumodel::{
+    FrameCounters, Gpu, Maps, NodeOrder, NodeRecords, Pass, PrimitiveLayout, PrimitiveOrder, ReplayConfig,
+    Replayed, ShaderCosts, TECHNIQUES, Technique, Value, estimate, replay, replay_all,
+};
+use scenes::{Light, Scene, Vec3};
+use tracer::{
+    AccelerationStructure, BuildOptions, Frame, FrameTracer, Ray, Rays, SceneIdentity, TileSource, Traversal,
+    View,
+};
+
+/// Not a multiple of a tile, a warp or a quad.
+const SIZE: (u32, u32) = (75, 45);
+const PIXELS: u64 = SIZE.0 as u64 * SIZE.1 as u64;
+
+fn config(technique: &str) -> ReplayConfig {
+    ReplayConfig {
+        gpu: Gpu::builtin("adreno-540").expect("built in").expect("sound"),
+        costs: ShaderCosts::builtin().expect("sound"),
+        technique: Technique::builtin(technique).expect("built in").expect("sound"),
+        primitive_layout: PrimitiveLayout::Padded,
+        primitive_order: None,
+        node_records: NodeRecords::Packed,
+        node_order: NodeOrder::DepthFirst,
+    }
+}
+
+struct Traced {
+    scene: Scene,
+    lights: Vec<Vec3>,
+    structure: AccelerationStructure,
+    triangles: Vec<scenes::Triangle>,
+}
+
+impl Traced {
+    fn new(traversal: Traversal) -> Self {
+        let scene = scenes::load("teapot").expect("built in");
+        let lights = scene.lights.iter().map(|Light::Point { position, .. }| *position).collect();
+        let triangles = scene.triangles();
+        let structure =
+            AccelerationStructure::build(&triangles, traversal, &BuildOptions::default()).expect("valid");
+        Self { scene, lights, structure, triangles }
+    }
+
+    fn view(&self) -> View {
+        View::new(&self.scene.camera, SIZE.0, SIZE.1)
+    }
+
+    fn frame(&self) -> FrameTracer<'_> {
+        let identity = SceneIdentity { name: "teapot".to_owned(), hash: 0 };
+        let rays = Rays::View { view: self.view(), width: SIZE.0, height: SIZE.1 };
+        let options = BuildOptions::default();
+        FrameTracer::new(&self.structure, &options, &self.triangles, identity, rays, self.lights.clone())
+    }
+
+}
+
+fn run(traced: &Traced, config: &ReplayConfig) -> Replayed {
+    replay(&traced.frame(), config, Maps::Kept, &|_, _| {}).expect("valid")
+}
+
+fn counters(traced: &Traced, config: &ReplayConfig) -> FrameCounters {
+    run(traced, config).counters
+}
+
+#[test]
+fn variants_side_by_side_count_what_each_counts_alone() {
+    for traversal in [Traversal::BvhStack, Traversal::KdBacktrack] {
+        let traced = Traced::new(traversal);
+        let mut configs: Vec<ReplayConfig> =
+            TECHNIQUES.iter().map(|technique| config(technique.name)).collect();
+        for layout in PrimitiveLayout::ALL {
+            configs.push(ReplayConfig { primitive_layout: layout, ..config("fragment") });
+        }
+        for order in NodeOrder::ALL {
+            configs.push(ReplayConfig { node_order: order, ..config("hybrid") });
+        }
+        let together = replay_all(&traced.frame(), &configs, Maps::Kept, &|_, _| {}).expect("valid");
+        for (config, together) in configs.iter().zip(together) {
+            let alone = run(&traced, config);
+            assert!(alone.counters == together.counters, "{}", config.technique.name);
+            assert!(alone.maps == together.maps, "{}", config.technique.name);
+        }
+    }
+}
+
+#[test]
+fn dropping_the_maps_changes_no_counter() {
+    let traced = Traced::new(Traversal::BvhStack);
+    for technique in TECHNIQUES {
+        let config = config(technique.name);
+        let dropped = replay(&traced.frame(), &config, Maps::Dropped, &|_, _| {}).expect("valid");
+        assert!(dropped.maps.is_none());
+        assert!(dropped.counters == counters(&traced, &config), "{}", technique.name);
+    }
+}
+
+#[test]
+fn maps_add_up_to_the_counters() {
+    let traced = Traced::new(Traversal::KdPushDown { short_stack: 0 });
+    for technique in ["fragment", "hybrid"] {
+        let Replayed { counters, maps, .. } = run(&traced, &config(technique));
+        let maps = maps.expect("kept");
+        let sum = |values: &[u32]| values.iter().map(|&value| u64::from(value)).sum::<u64>();
+        let traced_passes = [Pass::Primary, Pass::Shadow].map(|pass| counters.pass(pass).issue);
+        let fetches = traced_passes.iter().map(|issue| issue.node_fetches).sum::<u64>();
+        assert_eq!(sum(&maps.node_fetches.values), fetches);
+        let bytes = traced_passes.iter().map(|issue| issue.lane_bytes).sum::<u64>();
+        assert_eq!(sum(&maps.loaded_bytes.values), bytes);
+        // A warp's misses stand at each of its pixels, so that one pixel in 32 of a full warp counts.
+        let by_warp: u64 = sum(&maps.warp_misses.values);
+        let misses: u64 =
+            Pass::ALL[2..5].iter().map(|&pass| counters.pass(pass).traffic.total().dram_read_bytes / 64).sum();
+        assert!(by_warp <= 32 * misses && by_warp > 16 * misses, "{by_warp} {misses}");
+    }
+}
+
+#[test]
+fn hybrid_traces_the_same_shadow_rays_and_no_primary_ones() {
+    for traversal in Traversal::ALL {
+        let traced = Traced::new(traversal);
+        let (fragment, hybrid) = (counters(&traced, &config("fragment")), counters(&traced, &config("hybrid")));
+        assert_eq!(*hybrid.pass(Pass::Primary), gpumodel::PassCounters::default());
+        let shadow = |counters: &FrameCounters| counters.pass(Pass::Shadow).issue;
+        assert_eq!(shadow(&fragment), shadow(&hybrid), "{traversal:?}");
+        let geometry = hybrid.pass(Pass::Geometry);
+        assert!(geometry.issue.alu_active > 0 && geometry.traffic.vertex.dram_read_bytes > 0);
+        assert!(geometry.issue.setup_triangles > 0 && geometry.issue.covered_fragments > 0);
+    }
+}
+
+#[test]
+fn the_geometry_pass_reads_each_vertex_of_a_bin_once() {
+    let traced = Traced::new(Traversal::BvhStack);
+    let hybrid = counters(&traced, &config("hybrid"));
+    // 75x45 pixels are one bin: it needs no binning, and no list.
+    assert_eq!(*hybrid.pass(Pass::Binning), gpumodel::PassCounters::default());
+    let geometry = hybrid.pass(Pass::Geometry);
+    assert_eq!(geometry.issue.bin_list_bytes, 0);
+    assert_eq!(geometry.issue.vertices, 3 * geometry.issue.setup_triangles);
+    let least = geometry.issue.vertices * 24;
+    assert!(geometry.traffic.vertex.dram_read_bytes >= least, "{least}");
+
+    // With little tile memory there are many bins, each with its list and its triangles.
+    let toml = gpumodel::GPUS[0].toml.replace("tile_memory_bytes = { value = 1048576", "tile_memory_bytes = { value = 24576");
+    let small = ReplayConfig { gpu: Gpu::parse(&toml, "small.toml").expect("valid"), ..config("hybrid") };
+    let binned = counters(&traced, &small);
+    assert_eq!(binned.pass(Pass::Binning).issue.vertices, 3 * traced.triangles.len() as u64);
+    // 64x32 pixels of 12 bytes: 2 x 2 bins, one bit per triangle each, written by one pass and read by the other.
+    let lists = 4 * (traced.triangles.len() as u64).div_ceil(8);
+    assert_eq!(binned.pass(Pass::Binning).issue.bin_list_bytes, lists);
+    assert_eq!(binned.pass(Pass::Geometry).issue.bin_list_bytes, lists);
+    let setups = |counters: &FrameCounters| counters.pass(Pass::Geometry).issue.setup_triangles;
+    assert!(setups(&binned) > setups(&hybrid), "triangles in two bins are set up twice");
+    let fragments = |counters: &FrameCounters| counters.pass(Pass::Geometry).issue.covered_fragments;
+    assert_eq!(fragments(&binned), fragments(&hybrid));
+}
+
+#[test]
+fn attachments_in_memory_are_written_and_read_once_per_pixel() {
+    let traced = Traced::new(Traversal::BvhStack);
+    let (tile, memory) = (counters(&traced, &config("hybrid")), counters(&traced, &config("hybrid-resolved")));
+    let written = |counters: &FrameCounters| counters.total().issue.output_bytes;
+    assert_eq!(written(&memory), written(&tile) + PIXELS * 8);
+    assert_eq!(tile.pass(Pass::Output).traffic.image, gpumodel::BufferTraffic::default());
+    let read = memory.pass(Pass::Output).traffic.image.dram_read_bytes;
+    // Lines at the edge of the image hold pixels outside it.
+    assert!(read >= PIXELS * 8 && read <= PIXELS * 8 * 2, "{read}");
+}
+
+#[test]
+fn a_compute_stage_writes_an_image_that_a_quad_reads_as_a_texture() {
+    let traced = Traced::new(Traversal::BvhStack);
+    let (fragment, compute) = (counters(&traced, &config("fragment")), counters(&traced, &config("compute")));
+    let present = compute.pass(Pass::Present);
+    assert_eq!(present.issue.output_bytes, PIXELS * 4);
+    assert_eq!(present.issue.lane_bytes, PIXELS * 4);
+    assert_eq!(present.issue.texture_lines_read, present.issue.line_accesses);
+    assert!(present.issue.texture_lines_read * 64 >= PIXELS * 4);
+    assert_eq!(compute.pass(Pass::Output).issue.output_bytes, 0);
+    for pass in [Pass::Primary, Pass::Shadow] {
+        let work = |counters: &FrameCounters| {
+            let issue = counters.pass(pass).issue;
+            (issue.rays, issue.lane_steps, issue.node_fetches, issue.alu_active)
+        };
+        assert_eq!(work(&fragment), work(&compute), "{pass:?}");
+    }
+    assert_eq!(*fragment.pass(Pass::Present), gpumodel::PassCounters::default());
+}
+
+#[test]
+fn the_boxes_of_both_children_in_one_record_spare_a_fetch_and_the_leaves_records() {
+    let traced = Traced::new(Traversal::BvhStack);
+    let packed = run(&traced, &config("fragment"));
+    let wide = ReplayConfig { node_records: NodeRecords::ChildBoxes, ..config("fragment") };
+    let wide = run(&traced, &wide);
+    let (packed_issue, wide_issue) = (packed.counters.total().issue, wide.counters.total().issue);
+    // Each ray reads the root alone, then pairs.
+    assert_eq!(packed_issue.node_fetches - packed_issue.rays, 2 * wide_issue.node_fetches);
+    // Of 2n - 1 nodes, n - 1 are inner.
+    let nodes = packed.structure_bytes / 32;
+    assert_eq!(wide.structure_bytes, (nodes - 1) / 2 * 64);
+
+    let single = Traced::new(Traversal::BvhParentLink);
+    let refused = ReplayConfig { node_records: NodeRecords::ChildBoxes, ..config("fragment") };
+    let message = replay(&single.frame(), &refused, Maps::Dropped, &|_, _| {}).expect_err("one box per step").to_string();
+    assert!(message.contains("one box per step") && message.contains("parent-link"), "{message}");
+}
+
+#[test]
+fn padded_node_records_take_more_room_and_no_more_loads() {
+    let traced = Traced::new(Traversal::BvhParentLink);
+    let packed = run(&traced, &config("fragment"));
+    let padded = run(&traced, &ReplayConfig { node_records: NodeRecords::Padded, ..config("fragment") });
+    assert_eq!(padded.structure_bytes * 48, packed.structure_bytes * 64);
+    assert_eq!(padded.counters.total().issue.lane_bytes, packed.counters.total().issue.lane_bytes);
+}
+
+#[test]
+fn only_indexed_triangles_have_an_index_list() {
+    for (traversal, usual) in
+        [(Traversal::BvhStack, PrimitiveOrder::Leaf), (Traversal::KdStack, PrimitiveOrder::Indexed)]
+    {
+        let traced = Traced::new(traversal);
+        let with = |order| counters(&traced, &ReplayConfig { primitive_order: order, ..config("fragment") });
+        let [leaf, indexed] = [PrimitiveOrder::Leaf, PrimitiveOrder::Indexed].map(|order| with(Some(order)));
+        assert_eq!(leaf.total().traffic.index, gpumodel::BufferTraffic::default());
+        assert!(indexed.total().traffic.index.levels[1].accesses > 0);
+        assert_eq!(with(None), with(Some(usual)), "{traversal:?}");
+        assert_eq!(leaf.total().issue.primitive_tests, indexed.total().issue.primitive_tests);
+    }
+}
+
+#[test]
+fn a_list_of_rays_cannot_be_rasterised_and_says_so() {
+    let traced = Traced::new(Traversal::BvhStack);
+    let identity = SceneIdentity { name: "teapot".to_owned(), hash: 0 };
+    let rays: Vec<Ray> = (0..40).map(|x| traced.view().primary_ray(x, 20)).collect();
+    let options = BuildOptions::default();
+    let list = FrameTracer::new(
+        &traced.structure,
+        &options,
+        &traced.triangles,
+        identity,
+        Rays::List(rays),
+        Vec::new(),
+    );
+    assert!(matches!(list.header().frame, Frame::List { .. }));
+    let message = replay(&list, &config("hybrid"), Maps::Dropped, &|_, _| {}).expect_err("no image").to_string();
+    assert!(message.contains("use a technique that traces primary rays"), "{message}");
+    replay(&list, &config("compute"), Maps::Kept, &|_, _| {}).expect("a list is computed as well");
+}
+
+#[test]
+fn phases_add_up_to_the_frame_and_passes_to_their_phase() {
+    let traced = Traced::new(Traversal::BvhStack);
+    for technique in TECHNIQUES {
+        let (frame, config) = (traced.frame(), config(technique.name));
+        let replayed = run(&traced, &config);
+        let estimate = estimate(&replayed, frame.header(), frame.topology(), &config);
+        let time = |set: &gpumodel::CounterSet| set.get("frame_time_ms").and_then(Value::number).expect("a number");
+        let sum: f64 = estimate.passes.iter().map(|pass| time(&pass.counters)).sum();
+        assert!((sum - time(&estimate.frame)).abs() <= 1e-12 * sum, "{}", technique.name);
+        let passes: Vec<Pass> = estimate.passes.iter().map(|pass| pass.pass).collect();
+        assert_eq!(passes, config.technique.passes());
+        assert!(estimate.bounds.iter().all(|bound| bound.seconds * 1e3 <= sum * (1.0 + 1e-12)));
+    }
+}
