@@ -7,7 +7,7 @@
 #![no_main]
 
 use std::io::Write;
-use tracer::{Tile, TileSource, TraceFile, TraceHeader};
+use tracer::{Tile, TileDraw, TileSource, TraceFile, TraceHeader};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// More tiles would only slow the search.
@@ -36,6 +36,16 @@ fn read_all(bytes: &[u8]) {
             let primitives = tile.ray_sets.iter().flat_map(|set| &set.steps);
             let mut primitives = primitives.filter(|step| step.op() == tracer::Op::Primitive);
             assert!(primitives.all(|step| (step.id() as usize) < names));
+            assert!(tile.draws.is_sorted_by(|a, b| a.triangle < b.triangle));
+            let triangles = trace.header().triangles;
+            let limits = |draw: &TileDraw| {
+                draw.triangle < triangles
+                    && draw.covered <= 1024
+                    && draw.passed <= draw.covered
+                    && (draw.passed.div_ceil(4)..=draw.passed.min(256)).contains(&draw.quads)
+            };
+            assert!(tile.draws.iter().all(limits));
+            assert!(trace.header().raster || tile.draws.is_empty());
         }
     }
 }

@@ -61,6 +61,7 @@ fn what_was_recorded_comes_back_for_every_traversal() {
                 tracer.tile(index, &mut expected).expect("it is traced");
                 assert_eq!(*tile, expected, "tile {index} of {}", traversal.name());
             }
+            assert!(tiles.iter().any(|tile| tile.draws.iter().any(|draw| draw.passed > 0)));
             let steps: usize = tiles.iter().flat_map(|tile| &tile.ray_sets).map(|set| set.steps.len()).sum();
             assert_eq!(file.steps(), steps as u64);
         });
@@ -153,8 +154,38 @@ fn a_ray_list_is_cut_into_tiles_and_comes_back() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("list.rbt");
     write(&list, &path).expect("it is written");
-    let (_, tiles) = read_all(&path).expect("it is read");
+    let (file, tiles) = read_all(&path).expect("it is read");
+    assert!(!file.header().raster && tiles.iter().all(|tile| tile.draws.is_empty()));
     assert_eq!(tiles.iter().map(|tile| tile.ray_sets[0].ends.len()).collect::<Vec<_>>(), [1024, 1024, 452]);
+}
+
+#[test]
+fn a_file_from_before_drawn_triangles_reads_as_before_and_is_written_the_same() {
+    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/trace_file/whole.rbt");
+    // The first byte tells the fuzzer that a file follows.
+    let old = std::fs::read(old).expect("a file of the repository").split_off(1);
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, again) = (folder.path().join("old.rbt"), folder.path().join("again.rbt"));
+    std::fs::write(&path, &old).expect("it is written");
+    let (file, tiles) = read_all(&path).expect("it is read");
+    assert!(!file.header().raster && tiles.iter().all(|tile| tile.draws.is_empty()));
+    assert!(tiles.iter().any(|tile| !tile.ray_sets[0].steps.is_empty()));
+    write(&file, &again).expect("it is written");
+    assert!(std::fs::read(&again).expect("it is there") == old);
+}
+
+#[test]
+fn drawn_triangles_without_an_image_are_not_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("list.rbt");
+    with_tracer(Traversal::BvhStack, 8, 8, |tracer| {
+        let mut header = tracer.header().clone();
+        header.frame = tracer::Frame::List { rays: 64 };
+        let refused = TraceWriter::create(&path, &header, tracer.topology()).err().expect("refused");
+        assert!(refused.to_string().contains("drawn triangles for a list of rays"), "{refused}");
+        header.raster = false;
+        TraceWriter::create(&path, &header, tracer.topology()).expect("a list alone");
+    });
 }
 
 #[test]

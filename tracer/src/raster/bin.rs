@@ -1,15 +1,19 @@
 //! Hierarchical bins: which triangles may overlap a tile.
 //!
 //! Bins of 1, 2, 4, ... tiles edge length, up to one over the image. A triangle goes to the finest level at which its bounds
-//! touch at most 2x2 bins, so it costs at most four entries however large it is. A tile looks through one bin of each level.
+//! touch at most [`MOST_BINS`], so its entries are few however large it is, and there to the bins that its edges reach. A tile
+//! looks through one bin of each level.
 
-use super::setup::{Bounds, Projection};
+use super::setup::{Bounds, Projection, ScreenTriangle};
 use crate::trace::{TILE_EDGE, TileRect};
 use rayon::prelude::*;
 use scenes::Triangle;
 
 /// Triangles that a thread bins at a time.
 const CHUNK: usize = 1 << 14;
+
+/// Entries of a triangle at most.
+const MOST_BINS: usize = 16;
 
 /// Bins of one size, in rows.
 struct Level {
@@ -41,16 +45,14 @@ impl Bins {
             }
         }
 
-        let last_tile = [columns - 1, rows - 1];
+        let grid = Grid { levels: &levels, last_tile: [columns - 1, rows - 1] };
         let chunks: Vec<Vec<(usize, u32)>> = triangles
             .par_chunks(CHUNK)
             .enumerate()
             .map(|(chunk, triangles)| {
                 let mut entries = Vec::with_capacity(triangles.len() * 2);
                 for (triangle, index) in triangles.iter().zip((chunk * CHUNK) as u32..) {
-                    if let Some(bounds) = Bounds::new(projection.corners(triangle), projection) {
-                        entries.extend(touched(&levels, &bounds, last_tile).map(|bin| (bin, index)));
-                    }
+                    grid.bin(triangle, projection, |bin| entries.push((bin, index)));
                 }
                 entries
             })
@@ -83,14 +85,37 @@ impl Bins {
     }
 }
 
-/// The at most four bins of the finest level that holds the bounds so.
-fn touched(levels: &[Level], bounds: &Bounds, last_tile: [usize; 2]) -> impl Iterator<Item = usize> {
-    let tile = |pixels: f64, axis: usize| ((pixels / f64::from(TILE_EDGE)) as usize).min(last_tile[axis]);
-    let min = [tile(bounds.min.x, 0), tile(bounds.min.y, 1)];
-    let max = [tile(bounds.max.x, 0), tile(bounds.max.y, 1)];
-    let fits = |shift: usize| (0..2).all(|axis| (max[axis] >> shift) - (min[axis] >> shift) <= 1);
-    let shift = (0..levels.len() - 1).find(|&shift| fits(shift)).unwrap_or(levels.len() - 1);
-    let Level { first_bin, columns } = levels[shift];
-    let [left, top, right, bottom] = [min[0], min[1], max[0], max[1]].map(|tile| tile >> shift);
-    (top..=bottom).flat_map(move |row| (left..=right).map(move |column| first_bin + row * columns + column))
+/// Where a triangle's bins are.
+struct Grid<'a> {
+    levels: &'a [Level],
+    last_tile: [usize; 2],
+}
+
+impl Grid<'_> {
+    fn bin(&self, triangle: &Triangle, projection: &Projection, mut put: impl FnMut(usize)) {
+        let corners = projection.corners(triangle);
+        let Some(bounds) = Bounds::new(corners, projection) else { return };
+        let tile =
+            |pixels: f64, axis: usize| ((pixels / f64::from(TILE_EDGE)) as usize).min(self.last_tile[axis]);
+        let min = [tile(bounds.min.x, 0), tile(bounds.min.y, 1)];
+        let max = [tile(bounds.max.x, 0), tile(bounds.max.y, 1)];
+        let fits = |shift: usize| {
+            let [width, height] = [0, 1].map(|axis| (max[axis] >> shift) - (min[axis] >> shift) + 1);
+            width * height <= MOST_BINS
+        };
+        let top = self.levels.len() - 1;
+        let shift = (0..top).find(|&shift| fits(shift)).unwrap_or(top);
+        let Level { first_bin, columns } = self.levels[shift];
+        let [left, upper, right, lower] = [min[0], min[1], max[0], max[1]].map(|tile| tile >> shift);
+        // Its own tiles test the edges of a triangle in a single one.
+        let single = shift == 0 && min == max;
+        let screen = if single { None } else { ScreenTriangle::new(corners, projection) };
+        for (row, column) in (upper..=lower).flat_map(|row| (left..=right).map(move |column| (row, column))) {
+            let edge = TILE_EDGE << shift;
+            let rect = TileRect { x: column as u32 * edge, y: row as u32 * edge, width: edge, height: edge };
+            if screen.as_ref().is_none_or(|screen| screen.overlaps(rect)) {
+                put(first_bin + row * columns + column);
+            }
+        }
+    }
 }

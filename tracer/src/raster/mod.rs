@@ -54,7 +54,7 @@ impl RasterTile {
 
 /// The triangles of a scene, binned for a view; draws tiles in any order, from any thread.
 ///
-/// Memory: 4 to 16 bytes per triangle in view, whatever its size, and 8 bytes per 24x24 pixels or so; building takes three times that.
+/// Memory: 4 to 64 bytes per triangle in view, whatever its size, and 8 bytes per tile and a third; five times that while it is built.
 pub struct Raster<'a> {
     triangles: &'a [Triangle],
     projection: Projection,

@@ -92,6 +92,18 @@ impl Edge {
         Self { gradient: plane.truncate(), constant: plane.z, least }
     }
 
+    /// The part of the sum that the samples of a row share.
+    #[inline]
+    pub(super) fn row(&self, y: f64) -> f64 {
+        self.gradient.y * y + self.constant
+    }
+
+    /// Whether a sample of that row is inside.
+    #[inline]
+    pub(super) fn is_inside(&self, x: f64, row: f64) -> bool {
+        self.gradient.x * x + row >= self.least
+    }
+
     /// Whether some point of the rectangle is inside.
     #[inline]
     fn reaches(&self, min: DVec2, max: DVec2) -> bool {
@@ -104,9 +116,10 @@ impl Edge {
 pub(super) struct ScreenTriangle {
     pub(super) edges: [Edge; 3],
     /// 1/w as a plane over the image.
-    pub(super) inverse_w: DVec3,
-    /// Smallest and largest 1/w of the vertices, to which fragments are held: the plane of a triangle seen nearly edge-on is steep.
-    pub(super) inverse_w_range: [f64; 2],
+    inverse_w: DVec3,
+    /// Smallest and largest 1/w of what is visible, to which fragments are held: the plane of a triangle seen nearly edge-on is
+    /// steep.
+    inverse_w_range: [f64; 2],
     pub(super) bounds: Bounds,
 }
 
@@ -132,6 +145,14 @@ impl ScreenTriangle {
             inverse_w_range: [farthest, nearest],
             bounds,
         })
+    }
+
+    /// 1/w at a sample, as the depth attachment holds it.
+    #[inline]
+    pub(super) fn inverse_w(&self, x: f64, y: f64) -> f32 {
+        let plane = self.inverse_w;
+        let [farthest, nearest] = self.inverse_w_range;
+        (plane.x * x + (plane.y * y + plane.z)).max(farthest).min(nearest) as f32
     }
 
     /// Whether the projection overlaps the rectangle: its bounds and each edge against it, as binning hardware tests. Beyond an

@@ -301,6 +301,50 @@ pub(super) fn decode_topology(bytes: &[u8]) -> Result<Topology, String> {
 mod tests {
     use super::*;
 
+    /// What a tile of 5x3 pixels in a scene of 10 triangles makes of drawn triangles.
+    fn decoded(numbers: &[u64]) -> Result<Vec<TileDraw>, String> {
+        let mut bytes = Vec::new();
+        numbers.iter().for_each(|&number| push_varint(&mut bytes, number));
+        let mut reader = Reader { bytes: &bytes, position: 0 };
+        let mut draws = Vec::new();
+        decode_draws(&mut reader, TileRect { x: 32, y: 64, width: 5, height: 3 }, 10, &mut draws)?;
+        reader.finish()?;
+        Ok(draws)
+    }
+
+    #[test]
+    fn drawn_triangles_round_trip_and_rise() {
+        let draw = |triangle, covered, passed, quads| TileDraw { triangle, covered, passed, quads };
+        let draws = vec![draw(0, 15, 15, 6), draw(1, 0, 0, 0), draw(9, 4, 3, 3)];
+        let mut bytes = Vec::new();
+        encode_draws(&draws, &mut bytes);
+        assert_eq!(bytes, [3, 0, 15, 15, 6, 0, 0, 0, 0, 7, 4, 3, 3]);
+        let numbers: Vec<u64> = bytes.into_iter().map(u64::from).collect();
+        assert_eq!(decoded(&numbers), Ok(draws));
+        assert_eq!(decoded(&[0]), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn drawn_triangles_are_refused_just_beyond_each_limit() {
+        let limits: [(&[u64], &[u64], &str); 8] = [
+            (&[1, 9, 0, 0, 0], &[1, 10, 0, 0, 0], "a drawn triangle 10"),
+            (&[2, 0, 0, 0, 0, 8, 0, 0, 0], &[2, 0, 0, 0, 0, 9, 0, 0, 0], "a drawn triangle 10"),
+            (&[1, 0, 15, 0, 0], &[1, 0, 16, 0, 0], "covered pixels of 16"),
+            (&[1, 0, 4, 4, 1], &[1, 0, 4, 5, 2], "passed pixels of 5"),
+            (&[1, 0, 15, 15, 6], &[1, 0, 15, 15, 7], "quads of 7"),
+            (&[1, 0, 3, 3, 3], &[1, 0, 3, 3, 4], "quads of 4"),
+            (&[1, 0, 8, 8, 2], &[1, 0, 9, 9, 2], "9 passed pixels in 2 quads"),
+            (&[1, 0, 0, 0, 0], &[1, 0, 0, 0], "end inside a number"),
+        ];
+        for (good, bad, problem) in limits {
+            assert!(decoded(good).is_ok(), "{good:?}");
+            assert!(decoded(bad).expect_err("beyond").contains(problem), "{bad:?}: {:?}", decoded(bad));
+        }
+        assert!(decoded(&[11]).expect_err("more than triangles").contains("drawn triangles of 11"));
+        assert!(decoded(&[1, u64::MAX, 0, 0, 0]).is_err());
+        assert!(decoded(&[0, 0]).is_err(), "left over");
+    }
+
     #[test]
     fn varints_and_zigzag_round_trip_at_the_edges() {
         let values = [0, 1, 0x7f, 0x80, 0x3fff, 0x4000, u64::from(u32::MAX), u64::MAX];
