@@ -193,18 +193,18 @@ pub(crate) enum Format {
 #[command(next_help_heading = "Frame")]
 pub(crate) struct FrameArgs {
     /// Acceleration structure [default: bvh].
-    #[arg(long, value_parser = PossibleValuesParser::new(["bvh", "kd"]))]
+    #[arg(long, value_parser = PossibleValuesParser::new(["bvh", "kd", "grid"]))]
     pub(crate) accel: Option<String>,
-    /// How rays walk it; see `raybudget list traversals` [default: stack].
+    /// How rays walk it; see `raybudget list traversals` [default: stack; of a grid: dda].
     #[arg(long, value_name = "T", value_parser = PossibleValuesParser::new(traversal_names()))]
     pub(crate) traversal: Option<String>,
     /// Size of the image in pixels [default: 1024x1024].
     #[arg(long, value_name = "WxH")]
     pub(crate) size: Option<String>,
-    /// SAH cost of visiting an inner node [default: 3].
+    /// Tree: SAH cost of visiting an inner node [default: 3].
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub(crate) ct: Option<f64>,
-    /// SAH cost of testing a triangle [default: 1.5].
+    /// Tree: SAH cost of testing a triangle [default: 1.5].
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub(crate) ci: Option<f64>,
     /// Entries of the short stack of restart-trail and push-down [default: 0].

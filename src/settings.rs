@@ -75,9 +75,14 @@ impl FrameSettings {
         } = args;
         let accel = match accel.as_deref() {
             Some("kd") => Accel::Kd,
+            Some("grid") => Accel::Grid,
             _ => Accel::Bvh,
         };
-        let mut traversal = Traversal::named(accel, traversal.as_deref().unwrap_or("stack"))?;
+        let plain_traversal = match accel {
+            Accel::Bvh | Accel::Kd => "stack",
+            Accel::Grid => "dda",
+        };
+        let mut traversal = Traversal::named(accel, traversal.as_deref().unwrap_or(plain_traversal))?;
         set_short_stack(&mut traversal, *short_stack, trail_bits.as_deref())?;
 
         let kd_options = [
@@ -88,6 +93,12 @@ impl FrameSettings {
         ];
         if let Some((option, _)) = kd_options.iter().find(|(_, given)| *given && accel != Accel::Kd) {
             bail!("{option} is an option of kd-trees; add --accel kd, or leave it out");
+        }
+        let costs = [("--ct", ct.is_some()), ("--ci", ci.is_some())];
+        if let Some((option, _)) = costs.iter().find(|(_, given)| *given && accel == Accel::Grid) {
+            bail!(
+                "{option} is a cost by which trees are built, and a grid is not; use --accel bvh or kd, or leave it out"
+            );
         }
         let plain = BuildOptions::default();
         let kd = KdOptions {
@@ -204,10 +215,29 @@ mod tests {
             },
             "--trail-bits",
         );
+        let grid = || FrameArgs { accel: text("grid"), ..Default::default() };
+        refused(FrameArgs { ct: Some(1.0), ..grid() }, "--ct");
+        refused(FrameArgs { ci: Some(1.0), ..grid() }, "--ci");
+        refused(FrameArgs { splits: text("perfect"), ..grid() }, "--accel kd");
+        refused(FrameArgs { traversal: text("stack"), ..grid() }, "use one of: dda");
+        refused(FrameArgs { traversal: text("dda"), ..Default::default() }, "use one of: stack, parent-link");
         refused(
             FrameArgs { accel: text("kd"), traversal: text("parent-link"), ..Default::default() },
             "stack, restart, push-down, backtrack",
         );
+    }
+
+    #[test]
+    fn each_structure_has_a_traversal_when_none_is_named() {
+        for (accel, expected) in [
+            (None, Traversal::BvhStack),
+            (Some("bvh"), Traversal::BvhStack),
+            (Some("kd"), Traversal::KdStack),
+            (Some("grid"), Traversal::GridDda),
+        ] {
+            let args = FrameArgs { accel: accel.map(str::to_owned), ..Default::default() };
+            assert_eq!(settings(&args).map(|settings| settings.traversal), Ok(expected));
+        }
     }
 
     #[test]

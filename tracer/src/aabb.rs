@@ -30,6 +30,12 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Whether it contains nothing.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.min.cmpgt(self.max).any()
+    }
+
     /// Edge lengths; negative where the box is empty.
     #[inline(always)]
     pub fn extent(self) -> Vec3 {
@@ -80,6 +86,11 @@ impl PlaneSlack {
     /// The box around all triangles.
     pub fn scene(&self) -> &Aabb {
         &self.scene
+    }
+
+    /// The most that [`PlaneSlack::at`] gives, for whatever origin.
+    pub fn largest(&self) -> f32 {
+        self.largest
     }
 
     /// Half the thickness of every plane for a ray from `origin`.

@@ -3,6 +3,7 @@
 use crate::bvh::restart_trail::{MAX_SHORT_STACK, TrailBits};
 use crate::bvh::{self, Bvh, BvhOptions};
 use crate::error::Error;
+use crate::grid::{self, Grid};
 use crate::kd::{self, KdCells, KdOptions, KdTree};
 use crate::observe::{LoopStructure, NodeFetch, Observer};
 use crate::ray::{Hit, Query, Ray};
@@ -18,6 +19,8 @@ pub enum Accel {
     Bvh,
     /// kd-tree.
     Kd,
+    /// Uniform grid.
+    Grid,
 }
 
 impl Accel {
@@ -26,6 +29,7 @@ impl Accel {
         match self {
             Accel::Bvh => "bvh",
             Accel::Kd => "kd",
+            Accel::Grid => "grid",
         }
     }
 }
@@ -55,6 +59,8 @@ pub enum Traversal {
     },
     /// kd-tree, climb by parent links.
     KdBacktrack,
+    /// Uniform grid, 3D-DDA from cell to cell.
+    GridDda,
 }
 
 /// Where a traversal keeps the nodes that it has still to visit.
@@ -70,7 +76,7 @@ pub enum StackUse {
 
 impl Traversal {
     /// One of each, in its plainest form.
-    pub const ALL: [Traversal; 7] = [
+    pub const ALL: [Traversal; 8] = [
         Traversal::BvhStack,
         Traversal::BvhParentLink,
         Traversal::BvhRestartTrail { bits: TrailBits::Bits64, short_stack: 0 },
@@ -78,6 +84,7 @@ impl Traversal {
         Traversal::KdRestart,
         Traversal::KdPushDown { short_stack: 0 },
         Traversal::KdBacktrack,
+        Traversal::GridDda,
     ];
 
     /// The structure that it walks.
@@ -88,6 +95,7 @@ impl Traversal {
             | Traversal::KdRestart
             | Traversal::KdPushDown { .. }
             | Traversal::KdBacktrack => Accel::Kd,
+            Traversal::GridDda => Accel::Grid,
         }
     }
 
@@ -100,6 +108,7 @@ impl Traversal {
             Traversal::KdRestart => "restart",
             Traversal::KdPushDown { .. } => "push-down",
             Traversal::KdBacktrack => "backtrack",
+            Traversal::GridDda => "dda",
         }
     }
 
@@ -155,7 +164,7 @@ impl Traversal {
     }
 }
 
-/// How to build a structure.
+/// How to build a structure. A grid takes nothing from it: its cells follow from the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildOptions {
     /// Cost of visiting an inner node, Ct; finite, at least 0.
@@ -179,6 +188,7 @@ enum Tree {
     LinkedBvh(Bvh, bvh::parent_link::ParentLinks),
     Kd(KdTree),
     KdWithCells(KdTree, KdCells),
+    Grid(Grid),
 }
 
 /// A structure together with the traversal that it was built for.
@@ -245,6 +255,7 @@ impl AccelerationStructure {
                 let cells = KdCells::new(&tree);
                 Tree::KdWithCells(tree, cells)
             }
+            Traversal::GridDda => Tree::Grid(Grid::build(triangles)?),
         };
         Ok(Self { tree, traversal })
     }
@@ -269,6 +280,7 @@ impl AccelerationStructure {
             }
             (Tree::Kd(tree), _) => kd::stack::trace(tree, ray, query, observer),
             (Tree::KdWithCells(tree, cells), _) => kd::backtrack::trace(tree, cells, ray, query, observer),
+            (Tree::Grid(grid), _) => grid::dda::trace(grid, ray, query, observer),
         }
     }
 
@@ -277,14 +289,16 @@ impl AccelerationStructure {
         match &self.tree {
             Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => Topology::of_bvh(bvh),
             Tree::Kd(tree) | Tree::KdWithCells(tree, _) => Topology::of_kd(tree),
+            Tree::Grid(grid) => Topology::of_grid(grid),
         }
     }
 
-    /// Longest path from the root, in edges.
+    /// Longest path from the root, in edges; 0 for a grid.
     pub fn depth(&self) -> u32 {
         match &self.tree {
             Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.depth,
             Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.depth,
+            Tree::Grid(_) => 0,
         }
     }
 
@@ -293,6 +307,7 @@ impl AccelerationStructure {
         match &self.tree {
             Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.sah_cost(traversal_cost, intersection_cost),
             Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.sah_cost(traversal_cost, intersection_cost),
+            Tree::Grid(grid) => grid.sah_cost(traversal_cost, intersection_cost),
         }
     }
 }

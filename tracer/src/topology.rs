@@ -1,6 +1,7 @@
-//! The shape of a tree without its geometry: what a replay needs to lay nodes and primitives out in memory.
+//! The shape of a structure without its geometry: what a replay needs to lay nodes and primitives out in memory.
 
 use crate::bvh::{Bvh, BvhNodeKind};
+use crate::grid::Grid;
 use crate::kd::{KdNodeKind, KdTree};
 
 /// A node's links.
@@ -23,7 +24,7 @@ pub enum TopologyNode {
 /// The links of all nodes, and the reference list of the leaves.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
-    /// Root first.
+    /// Root first, where there is one.
     pub nodes: Vec<TopologyNode>,
     /// Triangle index (file order) at each position that a primitive step can name.
     pub references: Vec<u32>,
@@ -55,6 +56,19 @@ impl Topology {
             nodes: tree.nodes.iter().map(node).collect(),
             references: tree.references.clone(),
             triangles: tree.triangles.len() as u32,
+        }
+    }
+
+    /// The cells of a grid: leaves without a parent, numbered with x fastest and z slowest. A ray can begin at any of them.
+    pub fn of_grid(grid: &Grid) -> Self {
+        let leaf = |cell| {
+            let references = grid.cell(cell);
+            TopologyNode::Leaf { first: references.start, count: references.len() as u32 }
+        };
+        Self {
+            nodes: (0..grid.cell_count()).map(leaf).collect(),
+            references: grid.references().to_vec(),
+            triangles: grid.triangle_count() as u32,
         }
     }
 

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use scenes::Triangle;
 use tracer::bvh::restart_trail::{MAX_SHORT_STACK, TrailBits};
 use tracer::bvh::{self, Bvh, BvhNodeKind, BvhOptions};
+use tracer::grid::{Grid, dda};
 use tracer::{
     Hit, NodeFetch, Observer, Op, PreparedTriangle, Query, Ray, Silent, SlabRay, Work, WorkCounter,
 };
@@ -104,9 +105,12 @@ proptest! {
         let bvh = Bvh::build(&triangles, &options);
         prop_assert_eq!(bvh.validate(&triangles), Ok(()));
         let links = bvh::parent_link::ParentLinks::new(&bvh);
+        let grid = Grid::build(&triangles).unwrap();
         for ray in &rays {
             let expected = brute_force(&triangles, ray);
             let closest = Query::Closest;
+            prop_assert_eq!(dda::trace(&grid, ray, closest, &mut Silent), expected);
+            prop_assert_eq!(dda::trace(&grid, ray, Query::Any, &mut Silent).is_hit(), expected.is_hit());
             prop_assert_eq!(bvh::stack::trace(&bvh, ray, closest, &mut Silent), expected);
             prop_assert_eq!(bvh::parent_link::trace(&bvh, &links, ray, closest, &mut Silent), expected);
             for entries in [0, 1, 3, MAX_SHORT_STACK] {

@@ -1,10 +1,11 @@
-//! Do all kd traversals give the hits of a loop over all triangles?
+//! Do all kd traversals and the grid give the hits of a loop over all triangles?
 
 mod kd_support;
 
 use kd_support::*;
 use proptest::prelude::*;
 use scenes::{Triangle, Vec3};
+use tracer::grid::{Grid, dda};
 use tracer::kd::{KdOptions, KdTree, stack};
 use tracer::{Hit, NO_HIT, PreparedTriangle, Query, Ray, Silent};
 
@@ -12,27 +13,32 @@ fn same(a: Hit, b: Hit) -> bool {
     a.primitive == b.primitive && [a.t, a.u, a.v].map(f32::to_bits) == [b.t, b.u, b.v].map(f32::to_bits)
 }
 
-/// Compares every traversal of every kind of tree with the loop, on each ray.
+/// Compares every traversal of every kind of tree, and the grid, with the loop, on each ray.
 fn check(triangles: &[Triangle], rays: &[Ray]) {
     let prepared: Vec<_> = triangles.iter().map(PreparedTriangle::from).collect();
     let expected: Vec<_> = rays.iter().map(|ray| brute_force(&prepared, ray)).collect();
+    let compare = |title: &str, ray: &Ray, expected: Hit, trace: &dyn Fn(Query) -> Hit| {
+        let closest = trace(Query::Closest);
+        assert!(same(closest, expected), "{title}: {closest:?}, not {expected:?}: {ray:?}");
+        let any = trace(Query::Any);
+        assert_eq!(any.is_hit(), expected.is_hit(), "{title}: {ray:?}");
+        if any.is_hit() {
+            let (t, u, v) = prepared[any.primitive as usize].intersect(ray, ray.t_max).unwrap();
+            assert!(same(any, Hit { t, u, v, ..any }));
+        }
+    };
     for options in all_options() {
         let traversals = Traversals::new(triangles, &options);
-        for (ray, &expected) in rays.iter().zip(&expected) {
-            for (name, title) in NAMES.iter().enumerate() {
-                let closest = traversals.trace(name, ray, Query::Closest, &mut Silent);
-                assert!(
-                    same(closest, expected),
-                    "{title}: {closest:?}, not {expected:?}: {ray:?} {options:?}"
-                );
-                let any = traversals.trace(name, ray, Query::Any, &mut Silent);
-                assert_eq!(any.is_hit(), expected.is_hit(), "{title}: {ray:?} {options:?}");
-                if any.is_hit() {
-                    let (t, u, v) = prepared[any.primitive as usize].intersect(ray, ray.t_max).unwrap();
-                    assert!(same(any, Hit { t, u, v, ..any }));
-                }
+        for (name, title) in NAMES.iter().enumerate() {
+            let title = format!("{title} {options:?}");
+            for (ray, &expected) in rays.iter().zip(&expected) {
+                compare(&title, ray, expected, &|query| traversals.trace(name, ray, query, &mut Silent));
             }
         }
+    }
+    let grid = Grid::build(triangles).unwrap();
+    for (ray, &expected) in rays.iter().zip(&expected) {
+        compare("dda", ray, expected, &|query| dda::trace(&grid, ray, query, &mut Silent));
     }
 }
 
@@ -94,6 +100,8 @@ fn no_triangles_no_hit() {
         let ray = Ray { t_max: 5.0, ..Ray::new(Vec3::ZERO, Vec3::X) };
         assert_eq!(traversals.trace(name, &ray, Query::Closest, &mut Silent), Hit::miss(5.0));
     }
+    let ray = Ray { t_max: 5.0, ..Ray::new(Vec3::ZERO, Vec3::X) };
+    assert_eq!(dda::trace(&Grid::build(&[]).unwrap(), &ray, Query::Closest, &mut Silent), Hit::miss(5.0));
 }
 
 #[test]

@@ -32,6 +32,7 @@ pub struct ShaderCosts {
     kd_restart: TraversalCosts,
     kd_push_down: TraversalCosts,
     kd_backtrack: TraversalCosts,
+    grid_dda: TraversalCosts,
 }
 
 /// Costs outside the traversal's own steps.
@@ -99,6 +100,7 @@ struct CostsFile {
     kd_restart: TraversalFile,
     kd_push_down: TraversalFile,
     kd_backtrack: TraversalFile,
+    grid_dda: TraversalFile,
 }
 
 #[derive(Deserialize)]
@@ -182,6 +184,7 @@ impl ShaderCosts {
             kd_restart: traversal("kd-restart", &raw.kd_restart)?,
             kd_push_down: traversal("kd-push-down", &raw.kd_push_down)?,
             kd_backtrack: traversal("kd-backtrack", &raw.kd_backtrack)?,
+            grid_dda: traversal("grid-dda", &raw.grid_dda)?,
         })
     }
 
@@ -206,10 +209,11 @@ impl ShaderCosts {
             (Accel::Kd, "restart") => Ok(&self.kd_restart),
             (Accel::Kd, "push-down") => Ok(&self.kd_push_down),
             (Accel::Kd, "backtrack") => Ok(&self.kd_backtrack),
+            (Accel::Grid, "dda") => Ok(&self.grid_dda),
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no operation counts", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, or kd stack, restart, push-down or backtrack"
+                remedy: "expected bvh stack, parent-link or restart-trail, kd stack, restart, push-down or backtrack, or grid dda"
                     .to_owned(),
             }),
         }

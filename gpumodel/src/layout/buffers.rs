@@ -322,6 +322,7 @@ mod tests {
     fn an_isolated_node_takes_as_many_lines_as_its_size_says() {
         for (accel, traversal, line, expected) in [
             (Accel::Kd, "push-down", 64, 1.0),
+            (Accel::Grid, "dda", 32, 1.0),
             (Accel::Bvh, "stack", 32, 1.0),
             (Accel::Bvh, "stack", 64, 1.0),
             (Accel::Bvh, "stack", 128, 1.0),
@@ -386,7 +387,9 @@ mod tests {
 
     #[test]
     fn one_line_reads_are_exactly_those_that_never_straddle() {
-        for (accel, traversal) in [(Accel::Kd, "stack"), (Accel::Bvh, "stack"), (Accel::Bvh, "parent-link")] {
+        for (accel, traversal) in
+            [(Accel::Kd, "stack"), (Accel::Grid, "dda"), (Accel::Bvh, "stack"), (Accel::Bvh, "parent-link")]
+        {
             let buffers = buffers(accel, traversal, PrimitiveLayout::Split, 64);
             let straddles = (0..2047).any(|node| {
                 let first = buffers.node(node).unwrap();

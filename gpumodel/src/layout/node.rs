@@ -2,7 +2,8 @@
 //!
 //! The sizes are those of Sousa et al. 2019, Table 1: 16 bytes for a kd-tree that is only descended, 48 for one that is
 //! climbed, 32 for a BVH, 48 for a BVH with parent links. Their field lists are in figures that we could not read: the lists
-//! here are our reconstruction, constrained by the sizes and by the alignment rules of std430.
+//! here are our reconstruction, constrained by the sizes and by the alignment rules of std430. They have no grid on the GPU: its
+//! cells are ours, of the smallest size that loads of 16 bytes can read.
 
 use crate::error::Error;
 use tracer::{Accel, TraceHeader};
@@ -87,6 +88,14 @@ impl NodeLayout {
         ],
     );
 
+    /// Cell of a grid. Its place follows from its number. The compact grid of Lagae & Dutré 2008 has 4 bytes per cell, and reads
+    /// two of them.
+    pub const GRID: Self = Self::checked(
+        "grid",
+        16,
+        &[field("first reference", 0, 4), field("reference count", 4, 4), field("unused", 8, 8)],
+    );
+
     /// A layout whose fields follow each other and fill whole vec4 loads.
     const fn checked(name: &'static str, bytes: u32, fields: &'static [Field]) -> Self {
         let mut end = 0;
@@ -110,10 +119,11 @@ impl NodeLayout {
             (Accel::Bvh, "parent-link") => Ok(Self::BVH_PARENT_LINK),
             (Accel::Kd, "stack" | "restart" | "push-down") => Ok(Self::KD),
             (Accel::Kd, "backtrack") => Ok(Self::KD_BACKTRACK),
+            (Accel::Grid, "dda") => Ok(Self::GRID),
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no node layout", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, or kd stack, restart, push-down or backtrack"
+                remedy: "expected bvh stack, parent-link or restart-trail, kd stack, restart, push-down or backtrack, or grid dda"
                     .to_owned(),
             }),
         }

@@ -3,14 +3,15 @@
 //!
 //! Sousa et al. move a point along the ray and ask of each ancestor whether it ends behind the point. An ancestor ends
 //! later than its child exactly when the ray left the child through the ancestor's plane: when the child is the nearer one and
-//! the ray meets the other too. Asked that way, cells at the same distance stay apart (module `plane_ray`), and neither a
+//! the ray meets the other too. Asked that way, cells at the same distance stay apart (module `descent`), and neither a
 //! corner nor a cell without thickness can hold the search up.
 
 use super::cells::KdCells;
-use super::leaf;
-use super::plane_ray::{Descent, PlaneRay, Visit};
+use super::descent::{Descent, Visit};
 use super::tree::{KdNodeKind, KdTree};
+use crate::leaf;
 use crate::observe::{Observer, Op};
+use crate::plane_ray::PlaneRay;
 use crate::ray::{Hit, Query, Ray};
 
 /// Traces one ray; `cells` are those of `tree`. Each node is entered from above and left upwards at most once, which bounds the
@@ -18,7 +19,7 @@ use crate::ray::{Hit, Query, Ray};
 #[inline]
 pub fn trace<O: Observer>(tree: &KdTree, cells: &KdCells, ray: &Ray, query: Query, observer: &mut O) -> Hit {
     let mut best = Hit::miss(ray.t_max);
-    let Some((plane_ray, interval)) = PlaneRay::new(tree, ray, observer) else { return best };
+    let Some((plane_ray, interval)) = PlaneRay::new(&tree.slack, ray, observer) else { return best };
     let mut visit = Visit { node: 0, interval };
     loop {
         observer.step(Op::Node, visit.node);
@@ -30,7 +31,8 @@ pub fn trace<O: Observer>(tree: &KdTree, cells: &KdCells, ray: &Ray, query: Quer
                 };
             }
             KdNodeKind::Leaf { first, count } => {
-                let answered = leaf::intersect(tree, (first, count), ray, query, &mut best, observer);
+                let answered =
+                    leaf::intersect(tree.leaves(), (first, count), ray, query, &mut best, observer);
                 if answered || visit.interval.settles(&best) {
                     return best;
                 }

@@ -3,17 +3,16 @@
 //! The builder is that of Wald & Havran 2006: one sort, then event lists that stay sorted while they are divided. The
 //! traversals visit the same cells in the same order and differ in how they find the next one: from a stack ([`stack`]), by
 //! starting again ([`restart`], [`push_down`]) or by climbing ([`backtrack`]). What decides whether a ray meets a cell is in one
-//! place, `plane_ray.rs`.
+//! place, `descent.rs`.
 
 pub mod backtrack;
 mod build;
 mod cells;
 mod clip;
+mod descent;
 mod events;
-mod leaf;
 mod options;
 mod partition;
-mod plane_ray;
 pub mod push_down;
 pub mod restart;
 pub mod stack;

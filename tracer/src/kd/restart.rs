@@ -1,16 +1,17 @@
 //! kd-restart (Foley & Sugerman 2005): no stack; after each leaf the search starts again at the root.
 //!
 //! Foley and Sugerman remember where the last leaf ended and let the plane tests lead a new descent past all that lies before.
-//! One number cannot tell apart the cells that a ray meets at the same distance (module `plane_ray`). So the place is remembered as a trail,
+//! One number cannot tell apart the cells that a ray meets at the same distance (module `descent`). So the place is remembered as a trail,
 //! one bit for each level: set where the near child is done and the descent goes to the far one. Away from such ties
 //! both descend through the same nodes.
 
-use super::leaf;
+use super::descent::{Descent, Visit};
 use super::options::KdOptions;
-use super::plane_ray::{Descent, PlaneRay, Visit};
 use super::push_down::MAX_SHORT_STACK;
 use super::tree::{KdNodeKind, KdTree};
+use crate::leaf;
 use crate::observe::{Observer, Op};
+use crate::plane_ray::PlaneRay;
 use crate::ray::{Hit, Query, Ray};
 
 const _: () = assert!(KdOptions::MAX_DEPTH <= u64::BITS, "the trail has a bit for each level");
@@ -38,7 +39,7 @@ pub(super) fn search<const PUSH_DOWN: bool, O: Observer>(
     observer: &mut O,
 ) -> Hit {
     let mut best = Hit::miss(ray.t_max);
-    let Some((plane_ray, interval)) = PlaneRay::new(tree, ray, observer) else { return best };
+    let Some((plane_ray, interval)) = PlaneRay::new(&tree.slack, ray, observer) else { return best };
     let mut stack = ShortStack::new(short_stack);
     let mut restart = Start { visit: Visit { node: 0, interval }, level: 0 };
     let mut here = restart;
@@ -68,7 +69,8 @@ pub(super) fn search<const PUSH_DOWN: bool, O: Observer>(
                 }
             }
             KdNodeKind::Leaf { first, count } => {
-                let answered = leaf::intersect(tree, (first, count), ray, query, &mut best, observer);
+                let answered =
+                    leaf::intersect(tree.leaves(), (first, count), ray, query, &mut best, observer);
                 if answered || here.visit.interval.settles(&best) || !trail.finish_near() {
                     return best;
                 }

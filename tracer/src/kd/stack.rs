@@ -1,10 +1,11 @@
 //! kd-tree traversal with a full stack: the far child waits while the near one is visited (Havran 2000).
 
-use super::leaf;
+use super::descent::{Descent, Visit};
 use super::options::KdOptions;
-use super::plane_ray::{Descent, PlaneRay, Visit};
 use super::tree::{KdNodeKind, KdTree};
+use crate::leaf;
 use crate::observe::{Observer, Op};
+use crate::plane_ray::PlaneRay;
 use crate::ray::{Hit, Query, Ray};
 
 /// One far child for each level of the deepest tree.
@@ -14,7 +15,7 @@ const CAPACITY: usize = KdOptions::MAX_DEPTH as usize;
 #[inline]
 pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut O) -> Hit {
     let mut best = Hit::miss(ray.t_max);
-    let Some((plane_ray, interval)) = PlaneRay::new(tree, ray, observer) else { return best };
+    let Some((plane_ray, interval)) = PlaneRay::new(&tree.slack, ray, observer) else { return best };
     let mut stack = [Visit::default(); CAPACITY];
     let mut top = 0;
     let mut visit = Visit { node: 0, interval };
@@ -34,7 +35,8 @@ pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut
                 };
             }
             KdNodeKind::Leaf { first, count } => {
-                let answered = leaf::intersect(tree, (first, count), ray, query, &mut best, observer);
+                let answered =
+                    leaf::intersect(tree.leaves(), (first, count), ray, query, &mut best, observer);
                 if answered || visit.interval.settles(&best) || top == 0 {
                     return best;
                 }

@@ -1,6 +1,7 @@
 //! The kd-tree as data.
 
 use crate::aabb::{Aabb, PlaneSlack};
+use crate::leaf::References;
 use crate::triangle::PreparedTriangle;
 
 /// One node in 8 bytes: `bits` is the split position (f32) or the first reference; `meta` holds the axis (0, 1, 2; 3 for a
@@ -113,5 +114,11 @@ impl KdTree {
     /// Number of triangles, referenced or not.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
+    }
+
+    /// What its leaves refer to.
+    #[inline(always)]
+    pub(super) fn leaves(&self) -> References<'_> {
+        References { list: &self.references, triangles: &self.triangles }
     }
 }

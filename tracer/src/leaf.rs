@@ -1,16 +1,25 @@
-//! The triangle loop of a leaf, shared by all kd traversals.
+//! The triangle loop of a leaf that refers to its triangles through a list: a leaf of a kd-tree or a cell of a grid.
 
-use super::tree::KdTree;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::PreparedTriangle;
+
+/// The references of all leaves of a structure, and the triangles that they refer to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct References<'a> {
+    /// Triangle indices, leaf after leaf.
+    pub(crate) list: &'a [u32],
+    /// Triangles in file order.
+    pub(crate) triangles: &'a [PreparedTriangle],
+}
 
 /// Tests a leaf's triangles and keeps the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
 /// every structure gives the same answer. A hit counts wherever it lies, also outside the leaf's cell.
 ///
 /// Returns whether the query is answered: [`Query::Any`] by the first hit.
 #[inline(always)]
-pub(super) fn intersect<O: Observer>(
-    tree: &KdTree,
+pub(crate) fn intersect<O: Observer>(
+    references: References<'_>,
     (first, count): (u32, u32),
     ray: &Ray,
     query: Query,
@@ -18,10 +27,10 @@ pub(super) fn intersect<O: Observer>(
     observer: &mut O,
 ) -> bool {
     observer.leaf_visit();
-    let references = &tree.references[first as usize..first as usize + count as usize];
-    for (position, &primitive) in (first..).zip(references) {
+    let list = &references.list[first as usize..first as usize + count as usize];
+    for (position, &primitive) in (first..).zip(list) {
         observer.step(Op::Primitive, position);
-        if let Some((t, u, v)) = tree.triangles[primitive as usize].intersect(ray, best.t)
+        if let Some((t, u, v)) = references.triangles[primitive as usize].intersect(ray, best.t)
             && (t < best.t || primitive < best.primitive)
         {
             *best = Hit { t, u, v, primitive };
