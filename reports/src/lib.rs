@@ -11,6 +11,7 @@ mod error;
 mod from_estimate;
 pub mod heat_map;
 pub mod json;
+mod picture;
 mod report;
 pub mod text;
 mod units;

@@ -17,7 +17,7 @@ const POINTS: [Rgb; 9] = [
 ];
 
 /// The colour at `part` of the scale, 0 to 1.
-pub(super) fn colour(part: f64) -> Rgb {
+pub(crate) fn colour(part: f64) -> Rgb {
     let place = part.clamp(0.0, 1.0) * (POINTS.len() - 1) as f64;
     let below = (place as usize).min(POINTS.len() - 2);
     let along = place - below as f64;
