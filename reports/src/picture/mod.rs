@@ -33,4 +33,4 @@ pub(crate) const SMALL: i32 = 12;
 pub(crate) const MARGIN: i32 = 16;
 
 #[cfg(test)]
-pub(crate) use sheet::tests;
+pub(crate) use sheet::{Mark, tests};

@@ -44,7 +44,9 @@ impl Label {
     /// Text that begins at the top left corner `at`.
     pub(crate) fn new(text: impl Into<String>, at: (i32, i32), height: i32, colour: Rgb) -> Self {
         let (across, down) = (Across::Start, Down::Top);
-        Self { text: text.into(), at, across, down, height, colour, upwards: false }
+        // XML has no place for control characters.
+        let text = text.into().replace(|character: char| character.is_control(), " ");
+        Self { text, at, across, down, height, colour, upwards: false }
     }
 
     /// The same text with these parts of it at its place.

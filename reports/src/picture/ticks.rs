@@ -36,8 +36,9 @@ pub(crate) fn linear(low: f64, high: f64, most: usize, least: f64) -> Vec<f64> {
 /// where the scale is short, and only every n-th where it is long.
 pub(crate) fn logarithmic(low: f64, high: f64, most: usize) -> Vec<f64> {
     let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
-    let factors: &[u32] = if (high / low).log10() * 3.0 <= most as f64 { &[1, 2, 5] } else { &[1] };
-    let every = ((high / low).log10() / most as f64).ceil().max(1.0) as i32;
+    let span = high.log10() - low.log10();
+    let factors: &[u32] = if span * 3.0 <= most as f64 { &[1, 2, 5] } else { &[1] };
+    let every = (span / most as f64).ceil().max(1.0) as i32;
     let tick = |power: i32, factor: u32| {
         // Reading decimals gives the double nearest to the tick.
         format!("{factor}e{power}").parse::<f64>().expect("a number")
