@@ -56,6 +56,54 @@ pub(crate) fn digits(number: f64) -> String {
     }
 }
 
+/// A figure in as few characters as four digits allow: millions and more with a suffix, what is tiny or huge with an
+/// exponent.
+pub(crate) fn short(number: f64) -> String {
+    let magnitude = number.abs();
+    if magnitude != 0.0 && !(1e-3..1e15).contains(&magnitude) {
+        return exponent(number, 2);
+    }
+    let (size, suffix) = suffix(magnitude);
+    let text = digits(number / size);
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text}{suffix}")
+}
+
+/// Labels of evenly spaced ticks, with as many decimals each.
+pub(crate) fn tick_labels(ticks: &[f64]) -> Vec<String> {
+    let largest = ticks.iter().fold(0.0, |largest: f64, tick| largest.max(tick.abs()));
+    if largest != 0.0 && !(1e-3..1e15).contains(&largest) {
+        return ticks.iter().map(|&tick| exponent(tick, 8)).collect();
+    }
+    let (size, suffix) = suffix(largest);
+    let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(largest) / size;
+    // The step has one digit; a hair less room for its rounding.
+    let decimals = if step > 0.0 { (-(step * 1.001).log10().floor()).clamp(0.0, 12.0) as usize } else { 0 };
+    let label = |&tick: &f64| match format!("{:.decimals$}", tick / size) {
+        text if tick == 0.0 => text,
+        text => match text.split_once('.') {
+            Some((whole, fraction)) => format!("{}.{fraction}{suffix}", separated(whole)),
+            None => format!("{}{suffix}", separated(&text)),
+        },
+    };
+    ticks.iter().map(label).collect()
+}
+
+/// In what thousands a magnitude is written.
+fn suffix(magnitude: f64) -> (f64, &'static str) {
+    const SIZES: [(f64, &str); 3] = [(1e12, "T"), (1e9, "G"), (1e6, "M")];
+    // What would be rounded up to a million is one.
+    let size = SIZES.into_iter().find(|(size, _)| magnitude >= size * (1.0 - 5e-7));
+    size.unwrap_or((1.0, ""))
+}
+
+/// Rounded to some decimals of the mantissa, without trailing zeros.
+fn exponent(number: f64, decimals: usize) -> String {
+    let rounded = format!("{number:.decimals$e}");
+    let shortest = rounded.parse::<f64>().map(|number| format!("{number:e}"));
+    if number == 0.0 { "0".to_owned() } else { shortest.unwrap_or(rounded) }
+}
+
 /// A whole number with separated thousands.
 pub(crate) fn grouped(count: u64) -> String {
     separated(&count.to_string())
@@ -108,6 +156,39 @@ mod tests {
     #[test]
     fn ratios_are_shown_in_percent() {
         assert_eq!(shown(&Value::Real(0.123_45), "ratio"), "12.35 %");
+    }
+
+    #[test]
+    fn short_figures_change_their_form_at_a_million_and_a_thousandth() {
+        let cases = [
+            (0.0, "0"),
+            (12.0, "12"),
+            (12.345_67, "12.35"),
+            (-0.5, "-0.5"),
+            (123_456.7, "123,457"),
+            (999_999.0, "999,999"),
+            (999_999.9, "1M"),
+            (1e6, "1M"),
+            (1_234_567.0, "1.235M"),
+            (3.3e12, "3.3T"),
+            (1e15, "1e15"),
+            (0.001, "0.001"),
+            (0.000_999, "9.99e-4"),
+            (1.25e-9, "1.25e-9"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(short(number), text);
+        }
+    }
+
+    #[test]
+    fn ticks_have_as_many_decimals_each_as_their_step_needs() {
+        assert_eq!(tick_labels(&[0.0, 0.05, 0.1]), ["0.00", "0.05", "0.10"]);
+        assert_eq!(tick_labels(&[0.0, 1000.0, 2000.0]), ["0", "1,000", "2,000"]);
+        assert_eq!(tick_labels(&[0.0, 500_000.0, 1e6]), ["0.0", "0.5M", "1.0M"]);
+        assert_eq!(tick_labels(&[0.0, 1e-9, 2e-9]), ["0", "1e-9", "2e-9"]);
+        assert_eq!(tick_labels(&[12.0, 12.02]), ["12.00", "12.02"]);
+        assert_eq!(tick_labels(&[]), [""; 0]);
     }
 
     #[test]

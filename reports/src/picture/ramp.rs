@@ -17,7 +17,7 @@ const POINTS: [Rgb; 9] = [
 ];
 
 /// The colour at `part` of the scale, 0 to 1.
-pub(super) fn colour(part: f64) -> Rgb {
+pub(crate) fn colour(part: f64) -> Rgb {
     let place = part.clamp(0.0, 1.0) * (POINTS.len() - 1) as f64;
     let below = (place as usize).min(POINTS.len() - 2);
     let along = place - below as f64;
@@ -27,19 +27,20 @@ pub(super) fn colour(part: f64) -> Rgb {
     })
 }
 
+/// CIE lightness L* of an sRGB colour, 0 to 100.
+pub(crate) fn lightness(colour: Rgb) -> f64 {
+    let linear = colour.map(|channel| {
+        let s = f64::from(channel) / 255.0;
+        if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+    });
+    let y: f64 = linear.iter().zip([0.2126, 0.7152, 0.0722]).map(|(c, weight)| c * weight).sum();
+    // Below this the formula is a straight line through black.
+    if y > 0.008_856 { 116.0 * y.cbrt() - 16.0 } else { 903.3 * y }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// CIE lightness L* of an sRGB colour.
-    fn lightness(colour: Rgb) -> f64 {
-        let linear = colour.map(|channel| {
-            let s = f64::from(channel) / 255.0;
-            if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-        });
-        let y: f64 = linear.iter().zip([0.2126, 0.7152, 0.0722]).map(|(c, weight)| c * weight).sum();
-        116.0 * y.cbrt() - 16.0
-    }
 
     #[test]
     fn every_step_up_the_scale_is_lighter_by_about_as_much() {
