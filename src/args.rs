@@ -234,9 +234,24 @@ pub(crate) struct MachineArgs {
     /// A described GPU by name, or a file that describes one [default: adreno-540].
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) gpu: Option<String>,
+    /// Change one figure of the GPU's description, such as cache.uche.line=128; may be given again.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// How the frame is rendered: a built-in technique by name, or a file [default: fragment].
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) technique: Option<String>,
     /// How triangles lie in memory [default: padded].
     #[arg(long, value_parser = PossibleValuesParser::new(gpumodel::PrimitiveLayout::ALL.map(gpumodel::PrimitiveLayout::name)))]
     pub(crate) layout: Option<String>,
+    /// Triangles in the order of the leaves, or in file order behind an index list [default: leaf for a BVH, else indexed].
+    #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::PrimitiveOrder::ALL.map(gpumodel::PrimitiveOrder::name)))]
+    pub(crate) primitive_order: Option<String>,
+    /// What a node record holds [default: packed].
+    #[arg(long, value_name = "KIND", value_parser = PossibleValuesParser::new(gpumodel::NodeRecords::ALL.map(gpumodel::NodeRecords::name)))]
+    pub(crate) node_records: Option<String>,
+    /// In which order nodes lie in memory [default: depth-first].
+    #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
+    pub(crate) node_order: Option<String>,
     /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
     #[arg(long, value_name = "FILE")]
     pub(crate) costs: Option<PathBuf>,
@@ -248,7 +263,7 @@ pub(crate) struct ReportArgs {
     /// What to print.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
-    /// Also write report.txt, report.json, counters.csv and node-fetches.png into this folder.
+    /// Also write report.txt, report.json, counters.csv and heat maps of node fetches, bytes and misses into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

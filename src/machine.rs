@@ -1,24 +1,26 @@
-//! The machine as it was asked for, checked: the GPU, the shader's costs, the layout, and their hashes.
+//! The machine as it was asked for, checked: the GPU, the shader's costs, the technique, the layouts, and their hashes.
 
 use crate::args::MachineArgs;
+use crate::figures::with_figures;
 use crate::output::read_text;
 use anyhow::{anyhow, bail};
-use gpumodel::{GPUS, Gpu, NodeOrder, PrimitiveLayout, ReplayConfig, ShaderCosts};
+use gpumodel::{
+    GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, ReplayConfig, ShaderCosts, TECHNIQUES,
+    Technique,
+};
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
 const DEFAULT_GPU: &str = "adreno-540";
-/// How a frame is rendered: the name, and what it stands for.
-pub(crate) const TECHNIQUE: [&str; 2] = [
-    "fragment",
-    "one fragment shader per pixel traces the primary ray, then a shadow ray to each light, shades and writes the colour",
-];
-
+const DEFAULT_TECHNIQUE: &str = "fragment";
 const BUILTIN_COSTS: &str = include_str!("../configs/costs.toml");
 
 /// What a frame is replayed through.
+#[derive(Clone)]
 pub(crate) struct Machine {
     pub(crate) config: ReplayConfig,
+    /// What the GPU is called, with the figures that were set.
+    pub(crate) gpu_name: String,
     /// Of the text of the GPU's description.
     pub(crate) gpu_hash: String,
     /// Of the text of the costs.
@@ -27,11 +29,30 @@ pub(crate) struct Machine {
 
 impl Machine {
     pub(crate) fn new(args: &MachineArgs) -> anyhow::Result<Self> {
-        let MachineArgs { gpu, layout, costs } = args;
-        let (gpu, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU))?;
-        let layout = layout.as_deref().unwrap_or(PrimitiveLayout::Padded.name());
-        let primitive_layout = PrimitiveLayout::from_name(layout)
-            .ok_or_else(|| anyhow!("--layout {layout}: no such layout; see `raybudget list layouts`"))?;
+        let MachineArgs {
+            gpu,
+            set,
+            technique,
+            layout,
+            primitive_order,
+            node_records,
+            node_order,
+            costs,
+        } = args;
+        let (gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
+        let technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
+        let primitive_layout =
+            choice("--layout", layout, PrimitiveLayout::from_name, &PrimitiveLayout::ALL.map(PrimitiveLayout::name))?;
+        let primitive_order = choice(
+            "--primitive-order",
+            primitive_order,
+            PrimitiveOrder::from_name,
+            &PrimitiveOrder::ALL.map(PrimitiveOrder::name),
+        )?;
+        let node_records =
+            choice("--node-records", node_records, NodeRecords::from_name, &NodeRecords::ALL.map(NodeRecords::name))?;
+        let node_order =
+            choice("--node-order", node_order, NodeOrder::from_name, &NodeOrder::ALL.map(NodeOrder::name))?;
         let (costs, costs_hash) = match costs {
             None => (ShaderCosts::parse(BUILTIN_COSTS, "configs/costs.toml")?, hash(BUILTIN_COSTS)),
             Some(path) => {
@@ -39,16 +60,51 @@ impl Machine {
                 (ShaderCosts::parse(&text, &path.display().to_string())?, hash(&text))
             }
         };
-        let config = ReplayConfig { gpu, costs, primitive_layout, node_order: NodeOrder::default() };
-        Ok(Self { config, gpu_hash, costs_hash })
+        let config = ReplayConfig {
+            gpu,
+            costs,
+            technique,
+            primitive_layout: primitive_layout.unwrap_or_default(),
+            primitive_order,
+            node_records: node_records.unwrap_or_default(),
+            node_order: node_order.unwrap_or_default(),
+        };
+        Ok(Self { config, gpu_name, gpu_hash, costs_hash })
     }
 }
 
+/// The value of an option with a closed set of names.
+fn choice<T>(
+    option: &str,
+    name: &Option<String>,
+    from_name: impl Fn(&str) -> Option<T>,
+    names: &[&str],
+) -> anyhow::Result<Option<T>> {
+    let find = |name: &String| {
+        from_name(name).ok_or_else(|| anyhow!("{option} {name}: no such choice; use one of: {}", names.join(", ")))
+    };
+    name.as_ref().map(find).transpose()
+}
+
 /// A built-in name wins over a file of that name; `./adreno-540` is the file.
-fn find_gpu(name: &str) -> anyhow::Result<(Gpu, String)> {
-    if let Some(builtin) = GPUS.iter().find(|gpu| gpu.name == name) {
-        return Ok((Gpu::parse(builtin.toml, &format!("configs/gpus/{name}.toml"))?, hash(builtin.toml)));
+fn find_gpu(name: &str, figures: &[String]) -> anyhow::Result<(Gpu, String, String)> {
+    let builtin = GPUS.iter().find(|gpu| gpu.name == name);
+    let (text, file) = match builtin {
+        Some(builtin) => (builtin.toml.to_owned(), format!("configs/gpus/{name}.toml")),
+        None => (described(name)?, name.to_owned()),
+    };
+    if figures.is_empty() {
+        let gpu = Gpu::parse(&text, &file)?;
+        let called = gpu.name().to_owned();
+        return Ok((gpu, called, hash(&text)));
     }
+    let text = with_figures(&text, &file, figures)?;
+    let gpu = Gpu::parse(&text, &format!("{file} with --set {}", figures.join(" --set ")))?;
+    let called = format!("{} with {}", gpu.name(), figures.join(", "));
+    Ok((gpu, called, hash(&text)))
+}
+
+fn described(name: &str) -> anyhow::Result<String> {
     let path = Path::new(name);
     if !path.exists() {
         let names: Vec<&str> = GPUS.iter().map(|gpu| gpu.name).collect();
@@ -58,8 +114,24 @@ fn find_gpu(name: &str) -> anyhow::Result<(Gpu, String)> {
             names[0]
         );
     }
-    let text = read_text(path, "a description of a GPU (.toml)")?;
-    Ok((Gpu::parse(&text, name)?, hash(&text)))
+    read_text(path, "a description of a GPU (.toml)")
+}
+
+fn find_technique(name: &str) -> anyhow::Result<Technique> {
+    if let Some(technique) = TECHNIQUES.iter().find(|technique| technique.name == name) {
+        return Ok(Technique::parse(technique.toml, &format!("configs/techniques/{name}.toml"))?);
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let names: Vec<&str> = TECHNIQUES.iter().map(|technique| technique.name).collect();
+        bail!(
+            "--technique {name}: neither a built-in technique nor a file; use one of: {}; or a file like \
+             configs/techniques/{}.toml",
+            names.join(", "),
+            names[0]
+        );
+    }
+    Ok(Technique::parse(&read_text(path, "a technique (.toml)")?, name)?)
 }
 
 /// Of a file's text, with line ends as one byte: the same file has the same hash wherever it was checked out.

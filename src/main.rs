@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod console;
+mod figures;
 mod frame;
 mod machine;
 mod meter;

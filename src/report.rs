@@ -1,25 +1,29 @@
 //! From a source of tiles to a report, and the files that a report is written into.
 
 use crate::console;
-use crate::machine::{Machine, TECHNIQUE};
+use crate::machine::Machine;
 use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
 use crate::progress::Progress;
-use gpumodel::HeatMap;
+use gpumodel::{HeatMaps, Maps, PrimitiveOrder, Replayed};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
 use std::path::Path;
 use tracer::{Frame, Omission, SceneRemarks, TileSource, TraceHeader};
 
 /// Pixels above this percentile share the heat map's last colour.
-const HEAT_MAP_PERCENTILE: f64 = 99.5;
+pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
 
-/// A report with its picture.
+/// Program and version.
+pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
+
+/// A report with what each pixel cost, where that was kept.
 pub(crate) struct Answer {
     pub(crate) report: Report,
-    node_fetches: HeatMap,
+    pub(crate) maps: Option<HeatMaps>,
 }
 
 /// What was measured before the replay.
+#[derive(Clone, Copy)]
 pub(crate) struct Before {
     pub(crate) load_s: f64,
     pub(crate) build_s: Option<f64>,
@@ -29,36 +33,50 @@ pub(crate) struct Before {
 pub(crate) fn answer<S: TileSource>(
     source: &S,
     machine: &Machine,
+    maps: Maps,
     before: &Before,
     meter: &Meter,
 ) -> anyhow::Result<Answer> {
+    let mut answers = answers(source, std::slice::from_ref(machine), maps, before, meter)?;
+    Ok(answers.remove(0))
+}
+
+/// Replays all tiles on every machine at once; [`answer`] for each.
+pub(crate) fn answers<S: TileSource>(
+    source: &S,
+    machines: &[Machine],
+    maps: Maps,
+    before: &Before,
+    meter: &Meter,
+) -> anyhow::Result<Vec<Answer>> {
     let header = source.header();
+    let configs: Vec<_> = machines.iter().map(|machine| machine.config.clone()).collect();
     let progress = Progress::tiles("tracing and replaying", u64::from(header.frame.tiles()));
     let (replayed, replay_s) =
-        timed(|| gpumodel::replay(source, &machine.config, &|done, _| progress.set(done)));
+        timed(|| gpumodel::replay_all(source, &configs, maps, &|done, _| progress.set(done)));
     drop(progress);
-    let replayed = replayed?;
-    let estimate = gpumodel::estimate(&replayed, header, source.topology(), &machine.config);
-    let mut scene = facts(header);
-    let stalls = replayed.counters.stalls;
-    if stalls > 0 {
-        scene
-            .notes
-            .push(format!("{stalls} traversals were ended by their loop bound: their hits may be wrong."));
-    }
-    let run = Run {
-        wall_s: meter.wall_s(),
-        peak_rss_bytes: meter::peak_rss_bytes(),
-        fidelity: Fidelity::Replay,
-        sampled_fraction: 1.0,
-        threads: rayon::current_num_threads() as u32,
-        load_s: before.load_s,
-        build_s: before.build_s,
-        replay_s,
+    let of_machine = |(machine, replayed): (&Machine, Replayed)| {
+        let estimate = gpumodel::estimate(&replayed, header, source.topology(), &machine.config);
+        let mut scene = facts(header);
+        let stalls = replayed.counters.stalls;
+        if stalls > 0 {
+            let note = format!("{stalls} traversals were ended by their loop bound: their hits may be wrong.");
+            scene.notes.push(note);
+        }
+        let run = Run {
+            wall_s: meter.wall_s(),
+            peak_rss_bytes: meter::peak_rss_bytes(),
+            fidelity: Fidelity::Replay,
+            sampled_fraction: 1.0,
+            threads: rayon::current_num_threads() as u32,
+            load_s: before.load_s,
+            build_s: before.build_s,
+            replay_s,
+        };
+        let report = Report::new(TOOL, inputs(header, machine), scene, &estimate, run);
+        Answer { report, maps: replayed.maps }
     };
-    let tool = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
-    let report = Report::new(tool, inputs(header, machine), scene, &estimate, run);
-    Ok(Answer { report, node_fetches: replayed.node_fetches })
+    Ok(machines.iter().zip(replayed?).map(of_machine).collect())
 }
 
 /// What the trace says of its scene.
@@ -75,11 +93,19 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
     };
     Inputs {
         scene: header.scene.clone(),
-        gpu: machine.config.gpu.name().to_owned(),
+        gpu: machine.gpu_name.clone(),
         accel: header.accel.name().to_owned(),
         traversal: header.traversal.clone(),
         layout: machine.config.primitive_layout.name().to_owned(),
-        technique: TECHNIQUE[0].to_owned(),
+        technique: machine.config.technique.name.clone(),
+        primitive_order: machine
+            .config
+            .primitive_order
+            .unwrap_or_else(|| PrimitiveOrder::of(header.accel))
+            .name()
+            .to_owned(),
+        node_records: machine.config.node_records.name().to_owned(),
+        node_order: machine.config.node_order.name().to_owned(),
         width,
         height,
         seed: None,
@@ -102,36 +128,39 @@ pub(crate) struct ReportFiles {
     text: OutputFile,
     json: OutputFile,
     csv: OutputFile,
-    heat_map: OutputFile,
+    heat_maps: Vec<OutputFile>,
     folder: OutputFolder,
 }
 
 impl ReportFiles {
     pub(crate) fn create(folder: &Path) -> anyhow::Result<Self> {
         let folder = OutputFolder::create(folder)?;
+        let heat_map = |kind: &MapKind| folder.file(&format!("{}.png", kind.file));
         Ok(Self {
             text: folder.file("report.txt")?,
             json: folder.file("report.json")?,
             csv: folder.file("counters.csv")?,
-            heat_map: folder.file("node-fetches.png")?,
+            heat_maps: MAPS.iter().map(heat_map).collect::<anyhow::Result<_>>()?,
             folder,
         })
     }
 
-    /// Writes all files. A list of rays has no pixels and so no heat map.
+    /// Writes all files. A list of rays has no pixels and so no heat maps.
     pub(crate) fn write(self, answer: &Answer) -> anyhow::Result<()> {
         // Bindings drop from the last to the first.
-        let Self { folder, text, json, csv, heat_map } = self;
+        let Self { folder, text, json, csv, heat_maps } = self;
         let Answer { report, .. } = answer;
-        let picture = picture(answer)?;
+        let pictures = pictures(answer)?;
         let mut ready = vec![
             text.written(text::write(report, text::Style::Plain).as_bytes())?,
             json.written(json::write(report).as_bytes())?,
             csv.written(csv_table::write(report).as_bytes())?,
         ];
-        match picture {
-            Some(picture) => ready.push(heat_map.written(&picture)?),
-            None => console::warn("a list of rays has no pixels: no heat map is written"),
+        if pictures.is_empty() {
+            console::warn("a list of rays has no pixels: no heat maps are written");
+        }
+        for (file, picture) in heat_maps.into_iter().zip(pictures) {
+            ready.push(file.written(&picture)?);
         }
         OutputFile::finish_all(ready)?;
         folder.keep();
@@ -139,19 +168,54 @@ impl ReportFiles {
     }
 }
 
-fn picture(Answer { report, node_fetches }: &Answer) -> anyhow::Result<Option<Vec<u8>>> {
-    let Inputs { scene, accel, traversal, width: Some(width), height: Some(height), ray_sets, .. } =
-        &report.inputs
+/// A figure that is kept for each pixel.
+pub(crate) struct MapKind {
+    /// Name of its files, without extension.
+    pub(crate) file: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) of: fn(&HeatMaps) -> &gpumodel::HeatMap,
+}
+
+/// All of them.
+pub(crate) const MAPS: [MapKind; 3] = [
+    MapKind {
+        file: "node-fetches",
+        title: "Node fetches per pixel",
+        unit: "fetches",
+        of: |maps| &maps.node_fetches,
+    },
+    MapKind {
+        file: "loaded-bytes",
+        title: "Bytes of nodes and triangles loaded per pixel",
+        unit: "B",
+        of: |maps| &maps.loaded_bytes,
+    },
+    MapKind {
+        file: "dram-lines",
+        title: "Lines read from DRAM by the pixel's warp",
+        unit: "lines",
+        of: |maps| &maps.warp_misses,
+    },
+];
+
+/// The heat maps as pictures, in the order of [`MAPS`]; none for a list of rays.
+fn pictures(Answer { report, maps }: &Answer) -> anyhow::Result<Vec<Vec<u8>>> {
+    let Inputs { scene, accel, traversal, technique, width: Some(width), height: Some(height), .. } = &report.inputs
     else {
-        return Ok(None);
+        return Ok(Vec::new());
     };
-    let map = heat_map::HeatMap {
-        title: "Node fetches per pixel".to_owned(),
-        subtitle: format!("{scene}, {width}x{height}, {} rays, {accel} {traversal}", ray_sets.join(" + ")),
-        unit: "fetches".to_owned(),
-        width: *width,
-        values: &node_fetches.values,
-        clamp_percentile: HEAT_MAP_PERCENTILE,
+    let Some(maps) = maps else { return Ok(Vec::new()) };
+    let picture = |kind: &MapKind| {
+        let map = heat_map::HeatMap {
+            title: kind.title.to_owned(),
+            subtitle: format!("{scene}, {width}x{height}, {accel} {traversal}, {technique}"),
+            unit: kind.unit.to_owned(),
+            width: *width,
+            values: &(kind.of)(maps).values,
+            clamp_percentile: HEAT_MAP_PERCENTILE,
+        };
+        Ok(heat_map::write_png(&map)?)
     };
-    Ok(Some(heat_map::write_png(&map)?))
+    MAPS.iter().map(picture).collect()
 }

@@ -33,7 +33,7 @@ impl Report {
             passes: estimate
                 .passes
                 .iter()
-                .map(|pass| Pass { name: pass.name.clone(), counters: counters(&pass.counters, from) })
+                .map(|pass| Pass { name: pass.pass.name().to_owned(), counters: counters(&pass.counters, from) })
                 .collect(),
             bounds: estimate
                 .bounds

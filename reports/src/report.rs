@@ -54,6 +54,15 @@ pub struct Inputs {
     pub layout: String,
     /// Technique.
     pub technique: String,
+    /// Order of the triangles in memory.
+    #[serde(default)]
+    pub primitive_order: String,
+    /// What node records hold.
+    #[serde(default)]
+    pub node_records: String,
+    /// Order of the nodes in memory.
+    #[serde(default)]
+    pub node_order: String,
     /// Pixels per row; none for a list of rays.
     pub width: Option<u32>,
     /// Rows of pixels; none for a list of rays.

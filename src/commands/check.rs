@@ -45,7 +45,7 @@ fn report(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Report> {
     let settings = FrameSettings::new(&args.frame)?;
     let machine = Machine::new(&args.machine)?;
     start_threads(args.run.threads)?;
-    Ok(profile(&args.subject, &settings, &machine, meter)?.report)
+    Ok(profile(&args.subject, &settings, &machine, gpumodel::Maps::Dropped, meter)?.report)
 }
 
 fn read_report(path: &Path) -> anyhow::Result<Report> {

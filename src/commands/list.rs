@@ -3,8 +3,7 @@
 use crate::Outcome;
 use crate::args::{Format, ListArgs, Listed};
 use crate::console;
-use crate::machine::TECHNIQUE;
-use gpumodel::{COUNTERS, GPUS, Gpu, PrimitiveLayout};
+use gpumodel::{COUNTERS, GPUS, Gpu, PrimitiveLayout, TECHNIQUES, Technique};
 use serde_json::{Map, Value};
 use tracer::Traversal;
 
@@ -54,7 +53,13 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                 .collect(),
         ),
         Listed::Techniques => {
-            table(&["technique", "description"], vec![TECHNIQUE.map(str::to_owned).to_vec()])
+            let mut rows = Vec::new();
+            for builtin in TECHNIQUES {
+                let technique = Technique::parse(builtin.toml, builtin.name)?;
+                let passes: Vec<&str> = technique.passes().into_iter().map(gpumodel::Pass::name).collect();
+                rows.push(vec![text(builtin.name), passes.join(", "), technique.title]);
+            }
+            table(&["technique", "passes", "description"], rows)
         }
         Listed::Counters => table(
             &["counter", "name", "group", "unit", "denominator", "formula"],

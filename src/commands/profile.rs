@@ -8,13 +8,15 @@ use crate::machine::Machine;
 use crate::meter::Meter;
 use crate::report::{self, Answer, Before};
 use crate::settings::{FrameSettings, start_threads};
+use gpumodel::Maps;
 
 pub(crate) fn run(args: &ProfileArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
     let machine = Machine::new(&args.machine)?;
     start_threads(args.run.threads)?;
     let files = open_report_files(&args.report)?;
-    let answer = profile(&args.scene, &settings, &machine, meter)?;
+    let maps = if files.is_some() { Maps::Kept } else { Maps::Dropped };
+    let answer = profile(&args.scene, &settings, &machine, maps, meter)?;
     deliver(&answer, files, args.report.format)?;
     Ok(Outcome::Done)
 }
@@ -24,9 +26,10 @@ pub(super) fn profile(
     scene: &str,
     settings: &FrameSettings,
     machine: &Machine,
+    maps: Maps,
     meter: &Meter,
 ) -> anyhow::Result<Answer> {
     let frame = Frame::build(scene, settings)?;
     let before = Before { load_s: frame.load_s, build_s: Some(frame.build_s) };
-    report::answer(&frame.tracer(None), machine, &before, meter)
+    report::answer(&frame.tracer(None), machine, maps, &before, meter)
 }

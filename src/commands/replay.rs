@@ -7,6 +7,7 @@ use crate::machine::Machine;
 use crate::meter::{Meter, timed};
 use crate::report::{self, Before};
 use crate::settings::start_threads;
+use gpumodel::Maps;
 use tracer::TraceFile;
 
 pub(crate) fn run(args: &ReplayArgs, meter: &Meter) -> anyhow::Result<Outcome> {
@@ -16,7 +17,8 @@ pub(crate) fn run(args: &ReplayArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let trace = trace?;
     let files = open_report_files(&args.report)?;
     let before = Before { load_s, build_s: None };
-    let answer = report::answer(&trace, &machine, &before, meter)?;
+    let maps = if files.is_some() { Maps::Kept } else { Maps::Dropped };
+    let answer = report::answer(&trace, &machine, maps, &before, meter)?;
     deliver(&answer, files, args.report.format)?;
     Ok(Outcome::Done)
 }
