@@ -403,6 +403,8 @@ fn disagreement(scene: &scenes::Scene, edge: u32) -> Disagreement {
     found
 }
 
+/// Measured at 512x512: Cornell 0 pixels differ, teapot 1, atrium 4, Crytek Sponza 73 (0.03 %), all at an edge or a tie of depths:
+/// rays round in f32, the rasteriser in f64.
 #[test]
 fn the_visible_triangle_is_the_one_that_the_primary_ray_hits() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes");

@@ -160,7 +160,7 @@ fn a_ray_list_is_cut_into_tiles_and_comes_back() {
 }
 
 #[test]
-fn a_file_from_before_drawn_triangles_reads_as_before_and_is_written_the_same() {
+fn a_file_from_before_drawn_triangles_reads_as_before_and_its_tiles_are_written_the_same() {
     let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/trace_file/whole.rbt");
     // The first byte tells the fuzzer that a file follows.
     let old = std::fs::read(old).expect("a file of the repository").split_off(1);
@@ -171,7 +171,14 @@ fn a_file_from_before_drawn_triangles_reads_as_before_and_is_written_the_same() 
     assert!(!file.header().raster && tiles.iter().all(|tile| tile.draws.is_empty()));
     assert!(tiles.iter().any(|tile| !tile.ray_sets[0].steps.is_empty()));
     write(&file, &again).expect("it is written");
-    assert!(std::fs::read(&again).expect("it is there") == old);
+    // Headers have gained keys since; the tree and the tiles lie between header and index.
+    let chunks = |file: &[u8]| {
+        let text = u32::from_le_bytes(*file[8..].first_chunk().expect("a length")) as usize;
+        let trailer = file.len() - 48;
+        let index = u64::from_le_bytes(*file[trailer..].first_chunk().expect("an offset")) as usize;
+        file[12 + text + 8..index].to_vec()
+    };
+    assert_eq!(chunks(&std::fs::read(&again).expect("it is there")), chunks(&old));
 }
 
 #[test]

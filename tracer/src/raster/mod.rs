@@ -8,7 +8,7 @@
 //!   near plane but the eye itself, where the rays begin.
 //! * **Order.** Triangles are drawn in file order, front and back faces alike: the paper neither sorts nor culls.
 //! * **Coverage.** Edge functions in f64, without clipping ([`setup`]), with the top-left rule. A GPU first snaps vertices to a grid,
-//!   commonly of 1/256 pixel, which moves an edge by less than that and changes the sums of a frame in their noise.
+//!   commonly of 1/256 pixel, so it moves edges by less than that and drops some slivers; here nothing moves.
 //! * **Depth.** 1/w, linear over the image, rounded to f32; a fragment passes where it is strictly nearer than what was drawn
 //!   before (LESS). So of two triangles in one place the first remains, as with rays.
 
@@ -53,6 +53,9 @@ impl RasterTile {
 }
 
 /// The triangles of a scene, binned for a view; draws tiles in any order, from any thread.
+///
+/// A pixel's sample is where its primary ray goes; triangles are drawn in file order, from either side, with the top-left rule
+/// and a depth test that lets only nearer fragments pass. Nothing is cut off but what lies behind the eye.
 ///
 /// Memory: 4 to 64 bytes per triangle in view, whatever its size, and 8 bytes per tile and a third; five times that while it is built.
 pub struct Raster<'a> {

@@ -26,7 +26,7 @@ impl Projection {
     }
 
     /// The vertices of a triangle. A vertex depends on its own position alone, so neighbours agree about it.
-    #[inline]
+    #[inline(always)]
     pub(super) fn corners(&self, triangle: &Triangle) -> [DVec3; 3] {
         triangle.v.map(|vertex| self.pixels * (vertex.as_dvec3() - self.eye))
     }
@@ -41,20 +41,20 @@ pub(super) struct Bounds {
 
 /// Six times the volume between the eye and the triangle, signed by its winding; `None` for a triangle that covers nothing: without
 /// area, seen edge-on, or with a value that is not finite.
-#[inline]
+#[inline(always)]
 fn volume(corners: [DVec3; 3], normal: DVec3) -> Option<f64> {
     let volume = corners[0].dot(normal);
     (volume != 0.0 && volume.is_finite()).then_some(volume)
 }
 
-#[inline]
+#[inline(always)]
 fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
 impl Bounds {
     /// The bounds of a triangle within the image, or `None` where it covers nothing. The whole image where it reaches behind the eye.
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(corners: [DVec3; 3], projection: &Projection) -> Option<Self> {
         volume(corners, normal(corners))?;
         let before = corners.map(|corner| corner.z > 0.0);
@@ -84,7 +84,7 @@ pub(super) struct Edge {
 impl Edge {
     /// The edge from `a` to `b`. With `a` and `b` exchanged every coefficient is exactly negated, and so is, at any sample, the
     /// rounded sum: a sample is inside at most one of two triangles on either side of an edge, and outside at most one.
-    #[inline]
+    #[inline(always)]
     fn new(a: DVec3, b: DVec3, sign: f64) -> Self {
         let plane = a.cross(b) * sign;
         let top_left = plane.x > 0.0 || (plane.x == 0.0 && plane.y > 0.0);
@@ -125,7 +125,7 @@ pub(super) struct ScreenTriangle {
 
 impl ScreenTriangle {
     /// Sets a triangle up, or `None` where it covers nothing.
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(corners: [DVec3; 3], projection: &Projection) -> Option<Self> {
         let bounds = Bounds::new(corners, projection)?;
         let normal = normal(corners);
