@@ -1,11 +1,13 @@
 //! Reports of ray-tracing cost estimates: one [`Report`], many writers.
 //!
-//! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`] and [`chart`] for eyes, [`budget`] for gates. Every
-//! writer takes the same value, so that no two of them can disagree. A counter that a scene or a GPU does not have
-//! keeps the reason for its absence through all of them. The crate writes into memory and never prints.
+//! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`] and [`chart`] for eyes, [`budget`] for
+//! gates; [`comparison`] puts reports side by side. Every writer takes the same value, so that no two of them can disagree.
+//! A counter that a scene or a GPU does not have keeps the reason for its absence through all of them. The crate writes
+//! into memory and never prints.
 
 pub mod budget;
 pub mod chart;
+pub mod comparison;
 mod counters;
 pub mod csv_table;
 mod error;

@@ -196,11 +196,11 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn labels(sheet: &Sheet) -> Vec<&Label> {
-        let label = |mark| match mark {
-            &Mark::Label(ref label) => Some(label),
+        let labels = sheet.marks.iter().filter_map(|mark| match mark {
+            Mark::Label(label) => Some(label),
             Mark::Fill { .. } => None,
-        };
-        sheet.marks.iter().filter_map(label).collect()
+        });
+        labels.collect()
     }
 
     fn meet(a: Edges, b: Edges) -> bool {
