@@ -174,7 +174,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// Left, top, right, bottom.
-    type Edges = [i32; 4];
+    pub(crate) type Edges = [i32; 4];
 
     pub(crate) fn edges(label: &Label) -> Edges {
         let (width, height) = (lettering::width(&label.text, label.height), label.height);
@@ -203,7 +203,7 @@ pub(crate) mod tests {
         labels.collect()
     }
 
-    fn meet(a: Edges, b: Edges) -> bool {
+    pub(crate) fn meet(a: Edges, b: Edges) -> bool {
         a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
     }
 
