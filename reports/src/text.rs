@@ -17,7 +17,7 @@ pub enum Style {
 }
 
 impl Style {
-    fn bold(self, text: &str) -> String {
+    pub(crate) fn bold(self, text: &str) -> String {
         match self {
             Self::Plain => text.to_owned(),
             Self::Ansi => format!("\x1b[1m{text}\x1b[0m"),
@@ -28,7 +28,8 @@ impl Style {
 const NAME_WIDTH: usize = 32;
 const NUMBER_WIDTH: usize = 14;
 const UNIT_WIDTH: usize = 7;
-const LINE_WIDTH: usize = 100;
+/// Text wraps at this width.
+pub(crate) const LINE_WIDTH: usize = 100;
 
 /// The whole report as text with a final line feed.
 pub fn write(report: &Report, style: Style) -> String {
@@ -155,7 +156,8 @@ fn bounds(out: &mut String, bounds: &[Bound], deciding: Option<&str>, style: Sty
     }
 }
 
-fn sentences(out: &mut String, title: &str, sentences: &[String], style: Style) {
+/// A list of sentences under a title; nothing without a sentence.
+pub(crate) fn sentences(out: &mut String, title: &str, sentences: &[String], style: Style) {
     if sentences.is_empty() {
         return;
     }

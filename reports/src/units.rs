@@ -8,33 +8,33 @@ pub(crate) fn counter_info(id: &str) -> Option<&'static CounterInfo> {
     COUNTERS.iter().find(|info| info.id == id)
 }
 
-/// A figure and its unit, scaled; `None` where there is none. The unit of what is counted is left out: a counter's name
-/// says it.
-pub(crate) fn scaled(value: &Value, unit: &str) -> Option<(String, String)> {
-    const BINARY: [(f64, &str); 4] =
-        [(1024.0 * 1024.0 * 1024.0, "GiB"), (1024.0 * 1024.0, "MiB"), (1024.0, "KiB"), (0.0, "B")];
-    const RATES: [(f64, &str); 4] = [(1e9, "GB/s"), (1e6, "MB/s"), (1e3, "kB/s"), (0.0, "B/s")];
+/// What a unit is scaled by where figures reach `largest`, and its name then. The name is empty where a counter's name
+/// says what is counted.
+pub(crate) fn scale(unit: &str, largest: f64) -> (f64, &'static str) {
+    const BINARY: [(f64, &str); 3] =
+        [(1024.0 * 1024.0 * 1024.0, "GiB"), (1024.0 * 1024.0, "MiB"), (1024.0, "KiB")];
+    const RATES: [(f64, &str); 3] = [(1e9, "GB/s"), (1e6, "MB/s"), (1e3, "kB/s")];
     const MEASURES: [&str; 5] = ["ms", "1/s", "Mrays/s", "mJ", "mW"];
-    let number = value.as_f64()?;
-    let steps = match unit {
-        "B" => &BINARY,
-        "B/s" => &RATES,
-        "ratio" => return Some((digits(number * 100.0), "%".to_owned())),
-        _ => {
-            let shown = match *value {
-                Value::Count(count) => grouped(count),
-                _ => digits(number),
-            };
-            let unit = if MEASURES.contains(&unit) { unit } else { "" };
-            return Some((shown, unit.to_owned()));
-        }
+    let largest_step = |steps: [(f64, &'static str); 3], least: &'static str| {
+        steps.into_iter().find(|(size, _)| largest >= *size).unwrap_or((1.0, least))
     };
-    let &(size, name) =
-        steps.iter().find(|(size, _)| number.abs() >= *size).unwrap_or(&steps[steps.len() - 1]);
-    let shown = match (value, size > 0.0) {
-        (_, true) => digits(number / size),
-        (Value::Count(count), false) => count.to_string(),
-        (_, false) => digits(number),
+    match unit {
+        "B" => largest_step(BINARY, "B"),
+        "B/s" => largest_step(RATES, "B/s"),
+        "ratio" => (0.01, "%"),
+        _ => (1.0, MEASURES.into_iter().find(|measure| *measure == unit).unwrap_or("")),
+    }
+}
+
+/// A figure and its unit, scaled; `None` where there is none.
+pub(crate) fn scaled(value: &Value, unit: &str) -> Option<(String, String)> {
+    let number = value.as_f64()?;
+    let (size, name) = scale(unit, number.abs());
+    let shown = match *value {
+        // Bytes below 1024 stand beside scaled ones, which have no separators.
+        Value::Count(count) if name == "B" => count.to_string(),
+        Value::Count(count) if size == 1.0 => grouped(count),
+        _ => digits(number / size),
     };
     Some((shown, name.to_owned()))
 }
@@ -97,11 +97,14 @@ fn suffix(magnitude: f64) -> (f64, &'static str) {
     size.unwrap_or((1.0, ""))
 }
 
-/// Rounded to some decimals of the mantissa, without trailing zeros.
+/// Rounded to that many decimals of the mantissa.
+pub(crate) fn rounded(number: f64, decimals: usize) -> f64 {
+    format!("{number:.decimals$e}").parse().expect("a number is read as it was written")
+}
+
+/// With an exponent, rounded to some decimals of the mantissa, without trailing zeros.
 fn exponent(number: f64, decimals: usize) -> String {
-    let rounded = format!("{number:.decimals$e}");
-    let shortest = rounded.parse::<f64>().map(|number| format!("{number:e}"));
-    if number == 0.0 { "0".to_owned() } else { shortest.unwrap_or(rounded) }
+    if number == 0.0 { "0".to_owned() } else { format!("{:e}", rounded(number, decimals)) }
 }
 
 /// A whole number with separated thousands.

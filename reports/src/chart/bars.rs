@@ -45,7 +45,7 @@ pub enum Scale {
 
 const LEAST_WIDTH: i32 = 1000;
 const LEAST_PLOT: i32 = 360;
-const LEAST_BAR: i32 = 16;
+const LEAST_BAR: i32 = 18;
 const MOST_BAR: i32 = 90;
 /// Least space between groups.
 const GROUP_GAP: i32 = 16;
@@ -80,7 +80,8 @@ struct Grid {
 impl Grid {
     fn new(width: i32, groups: usize, series: usize) -> Self {
         let slot = f64::from(width) / groups as f64;
-        let gap = (slot * 0.15).max(f64::from(GROUP_GAP));
+        let room = slot - f64::from(LEAST_BAR * series as i32);
+        let gap = (slot * 0.15).min(room).max(f64::from(GROUP_GAP));
         let bar = (((slot - gap) / series as f64) as i32).min(MOST_BAR);
         Self { slot, bar, series }
     }

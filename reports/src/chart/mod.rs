@@ -11,6 +11,7 @@ mod palette;
 
 pub use bars::{BarChart, Scale, Series};
 pub use matrix::MatrixChart;
+pub(crate) use palette::MOST as MOST_SERIES;
 
 use crate::error::Error;
 use crate::picture::Sheet;

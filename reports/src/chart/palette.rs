@@ -16,7 +16,7 @@ const COLOURS: [Rgb; 8] = [
 ];
 
 /// Series that can be told apart.
-pub(super) const MOST: usize = 2 * COLOURS.len();
+pub(crate) const MOST: usize = 2 * COLOURS.len();
 
 /// The colour of a series, and whether it is striped.
 pub(super) fn colour(series: usize) -> (Rgb, bool) {

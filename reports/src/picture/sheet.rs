@@ -174,7 +174,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// Left, top, right, bottom.
-    type Edges = [i32; 4];
+    pub(crate) type Edges = [i32; 4];
 
     pub(crate) fn edges(label: &Label) -> Edges {
         let (width, height) = (lettering::width(&label.text, label.height), label.height);
@@ -196,14 +196,14 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn labels(sheet: &Sheet) -> Vec<&Label> {
-        let label = |mark| match mark {
-            &Mark::Label(ref label) => Some(label),
+        let labels = sheet.marks.iter().filter_map(|mark| match mark {
+            Mark::Label(label) => Some(label),
             Mark::Fill { .. } => None,
-        };
-        sheet.marks.iter().filter_map(label).collect()
+        });
+        labels.collect()
     }
 
-    fn meet(a: Edges, b: Edges) -> bool {
+    pub(crate) fn meet(a: Edges, b: Edges) -> bool {
         a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
     }
 

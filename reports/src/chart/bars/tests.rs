@@ -1,5 +1,6 @@
 use super::*;
-use crate::picture::tests::{assert_legible, labels};
+use crate::picture::Mark;
+use crate::picture::tests::{Edges, edges, labels, meet};
 
 fn chart(scale: Scale, values: &[&[Option<f64>]]) -> BarChart {
     let names =
@@ -15,6 +16,22 @@ fn chart(scale: Scale, values: &[&[Option<f64>]]) -> BarChart {
         groups: (0..values[0].len()).map(|index| format!("scene {index} & crytek_sponza")).collect(),
         series: series.collect(),
         scale,
+    }
+}
+
+/// Every label is legible, and none lies on a bar, not even those of the legend.
+fn assert_legible(sheet: &Sheet) {
+    crate::picture::tests::assert_legible(sheet);
+    let colours: Vec<Rgb> = (0..palette::MOST).map(|series| palette::colour(series).0).collect();
+    let bars = sheet.marks.iter().filter_map(|mark| match *mark {
+        Mark::Fill { at: (x, y), size: (width, height), colour } if colours.contains(&colour) => {
+            Some([x, y, x + width, y + height])
+        }
+        _ => None,
+    });
+    let bars: Vec<Edges> = bars.collect();
+    for label in labels(sheet) {
+        assert!(!bars.iter().any(|&bar| meet(edges(label), bar)), "{label:?} lies on a bar");
     }
 }
 
@@ -83,10 +100,8 @@ fn every_bar_has_its_figure_and_what_is_absent_is_labelled() {
 #[test]
 fn the_height_of_a_bar_is_its_value() {
     let sheet = chart(Scale::Linear, &[&[Some(1.0), Some(2.0), Some(4.0)]]).sheet().expect("a chart");
-    let height = |mark: &crate::picture::Mark| match mark {
-        crate::picture::Mark::Fill { size: (_, height), colour, .. } if *colour == palette::colour(0).0 => {
-            Some(*height)
-        }
+    let height = |mark: &Mark| match mark {
+        Mark::Fill { size: (_, height), colour, .. } if *colour == palette::colour(0).0 => Some(*height),
         _ => None,
     };
     let heights: Vec<i32> = sheet.marks.iter().filter_map(height).collect();

@@ -1,0 +1,47 @@
+//! The comparison as a Markdown table: one row for each variant, differences in parentheses. Below stands why figures are
+//! absent.
+
+use super::Comparison;
+use super::figures::{BOUND, COLUMNS, Figures};
+
+/// The comparison as Markdown with a final line feed.
+pub fn write(comparison: &Comparison) -> String {
+    let columns: Vec<(&str, Figures)> =
+        COLUMNS.iter().filter_map(|column| Some((column.heading, comparison.figures(column.id)?))).collect();
+    let heads = columns.iter().map(|(heading, figures)| match figures.unit {
+        "" => (*heading).to_owned(),
+        unit => format!("{heading} ({unit})"),
+    });
+    let axes = comparison.axes.iter().map(|axis| escaped(axis));
+    let heads: Vec<String> = axes.chain(heads).chain([BOUND.to_owned()]).collect();
+    let rules = (0..heads.len()).map(|column| {
+        let right = (comparison.axes.len()..heads.len() - 1).contains(&column);
+        if right { "---:" } else { "---" }.to_owned()
+    });
+    let mut out =
+        format!("## {}\n\n{}{}", escaped(&comparison.title), line(&heads), line(&rules.collect::<Vec<_>>()));
+    for (index, variant) in comparison.variants.iter().enumerate() {
+        let axes = (0..comparison.axes.len()).map(|axis| escaped(variant.value(axis)));
+        let figures = columns.iter().map(|(_, figures)| match &figures.rows[index] {
+            [figure, difference] if difference.is_empty() => figure.clone(),
+            [figure, difference] => format!("{figure} ({difference})"),
+        });
+        out += &line(&axes.chain(figures).chain([escaped(variant.deciding_bound())]).collect::<Vec<_>>());
+    }
+    let absences = comparison.absences();
+    if !absences.is_empty() {
+        out += "\nAbsent:\n\n";
+        absences.iter().for_each(|sentence| out += &format!("- {}\n", escaped(sentence)));
+    }
+    out
+}
+
+fn line(cells: &[String]) -> String {
+    format!("| {} |\n", cells.join(" | "))
+}
+
+/// Text that ends no cell and opens no tag.
+fn escaped(text: &str) -> String {
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    text.replace('\\', "\\\\").replace('|', "\\|").replace('<', "&lt;")
+}

@@ -1,0 +1,70 @@
+//! A made-up report.
+
+use reports::{
+    Bound, Counter, Counters, Fidelity, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, Value,
+};
+
+pub(crate) fn counter(value: Value, unit: &str) -> Counter {
+    Counter { value, unit: unit.to_owned(), ci95: None, from: Fidelity::Replay }
+}
+
+fn counters() -> Counters {
+    [
+        ("frame_time_ms", counter(Value::Real(12.5), "ms")),
+        ("rays", counter(Value::Count(9_007_199_254_740_993), "rays")),
+        ("texture_memory_read_bytes", counter(Value::Absent { reason: "no texture, \"none\"".into() }, "B")),
+        ("l2_miss_ratio", Counter { ci95: Some([0.1, 0.2]), ..counter(Value::Real(0.15), "ratio") }),
+    ]
+    .into_iter()
+    .map(|(id, counter)| (id.to_owned(), counter))
+    .collect()
+}
+
+/// A report of four counters, one of them absent.
+pub(crate) fn report() -> Report {
+    Report {
+        schema: SCHEMA,
+        tool: "raybudget 0.1.0".into(),
+        inputs: Inputs {
+            scene: "a scene".into(),
+            gpu: "adreno-540".into(),
+            accel: "bvh".into(),
+            traversal: "restart-trail".into(),
+            layout: "padded".into(),
+            technique: "fragment".into(),
+            primitive_order: "leaf".into(),
+            node_records: "packed".into(),
+            node_order: "depth-first".into(),
+            width: Some(64),
+            height: None,
+            seed: None,
+            hashes: Hashes {
+                scene: "0123456789abcdef".into(),
+                gpu: "0123456789abcdef".into(),
+                costs: "0123456789abcdef".into(),
+            },
+            triangles: 32,
+            ray_sets: vec!["primary".into()],
+            sah_costs: [3.0, 1.5],
+            short_stack: 4,
+            trail_bits: Some(32),
+        },
+        left_out: vec![LeftOut { what: "textures".into(), why: "not read".into() }],
+        run: Run {
+            wall_s: 0.5,
+            peak_rss_bytes: None,
+            fidelity: Fidelity::Replay,
+            sampled_fraction: 1.0,
+            threads: 2,
+            load_s: 0.1,
+            build_s: None,
+            replay_s: 0.4,
+        },
+        counters: counters(),
+        passes: vec![Pass { name: "primary rays".into(), counters: counters() }],
+        bounds: vec![Bound { name: "ALU issue".into(), seconds: 0.0125 }],
+        deciding_bound: Some("ALU issue".into()),
+        assumptions: vec!["Resources overlap perfectly.".into()],
+        notes: vec![],
+    }
+}
