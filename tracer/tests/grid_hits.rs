@@ -108,6 +108,34 @@ fn triangles_in_the_planes_between_cells_are_hit_from_both_sides() {
 }
 
 #[test]
+fn edges_a_few_floats_before_a_plane_are_hit_by_rays_that_have_passed_it() {
+    let ends = [0.0, 20.0]
+        .map(|x: f32| Triangle { v: [Vec3::X * x, Vec3::new(x, 1.0, 0.0), Vec3::new(x, 0.0, 1.0)] });
+    let to_edge = |x: f32| Triangle {
+        v: [Vec3::new(x, 0.0, 0.5), Vec3::new(x, 1.0, 0.5), Vec3::new(x - 0.5, 0.5, 0.5)],
+    };
+    // The planes depend on the box and the number of triangles only.
+    let build = |edges: &[f32]| {
+        let triangles: Vec<_> = ends.into_iter().chain(edges.iter().map(|&x| to_edge(x))).collect();
+        (Grid::build(&triangles).unwrap(), triangles)
+    };
+    let planes = build(&[10.0; 60]).0.planes(0).to_vec();
+    let inner = planes.iter().copied().filter(|x| (1.0..20.0).contains(x));
+    let edges: Vec<f32> = inner.map(|x| x.next_down()).cycle().take(60).collect();
+    let (grid, triangles) = build(&edges);
+    assert_eq!(grid.planes(0), planes, "edges lie just before the planes of their own grid");
+    let mut random = Random(12);
+    let rays: Vec<_> = (0..40_000)
+        .map(|_| {
+            let target = Vec3::new(edges[random.below(60)], 0.5 + 0.4 * random.signed(), 0.5);
+            let origin = target + [1.0, 10.0, 300.0][random.below(3)] * random.point();
+            Ray::new(origin, target - origin)
+        })
+        .collect();
+    assert!(check(&triangles, &rays) > 10_000);
+}
+
+#[test]
 fn rays_from_far_away_and_from_inside_find_the_hit_of_the_loop() {
     let triangles = soup(400, 5);
     let mut random = Random(6);
