@@ -1,24 +1,14 @@
 //! Reports of ray-tracing cost estimates: one [`Report`], many writers.
 //!
-<<<<<<< HEAD
-//! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`] and [`chart`] for eyes, [`budget`] for gates, [`claims`]
-//! for statements of others. Every
-//! writer takes the same value, so that no two of them can disagree. A counter that a scene or a GPU does not have
-//! keeps the reason for its absence through all of them. The crate writes into memory and never prints.
+//! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`] and [`chart`] for eyes, [`comparison`] for several
+//! reports side by side, [`budget`] for gates, [`claims`] for statements of others. Every writer takes the same value, so that no
+//! two of them can disagree. A counter that a scene or a GPU does not have keeps the reason for its absence through all of
+//! them. The crate writes into memory and never prints.
 
 pub mod budget;
 pub mod chart;
 pub mod claims;
-=======
-//! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`] and [`chart`] for eyes, [`budget`] for
-//! gates; [`comparison`] puts reports side by side. Every writer takes the same value, so that no two of them can disagree.
-//! A counter that a scene or a GPU does not have keeps the reason for its absence through all of them. The crate writes
-//! into memory and never prints.
-
-pub mod budget;
-pub mod chart;
 pub mod comparison;
->>>>>>> charts
 mod counters;
 pub mod csv_table;
 mod error;
