@@ -1,10 +1,11 @@
 //! The closed set of structures and traversals: the one place where names become types.
 
+use crate::audit;
 use crate::bvh::restart_trail::{MAX_SHORT_STACK, TrailBits};
 use crate::bvh::{self, Bvh, BvhOptions};
 use crate::error::Error;
 use crate::grid::{self, Grid};
-use crate::kd::{self, KdCells, KdOptions, KdTree};
+use crate::kd::{self, KdCells, KdOptions, KdStatistics, KdTree};
 use crate::observe::{LoopStructure, NodeFetch, Observer};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
@@ -183,6 +184,17 @@ impl Default for BuildOptions {
     }
 }
 
+/// Leaves of a structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LeafCounts {
+    /// All of them.
+    pub leaves: u64,
+    /// Those without references.
+    pub empty: u64,
+    /// Those without thickness on an axis on which the scene has some: a kd-tree may have them.
+    pub flat: u64,
+}
+
 enum Tree {
     Bvh(Bvh),
     LinkedBvh(Bvh, bvh::parent_link::ParentLinks),
@@ -300,6 +312,33 @@ impl AccelerationStructure {
             Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.depth,
             Tree::Grid(_) => 0,
         }
+    }
+
+    /// How many leaves, or cells of a grid, there are, and of which kinds.
+    pub fn leaf_counts(&self) -> LeafCounts {
+        match &self.tree {
+            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => {
+                LeafCounts { leaves: bvh.statistics().leaves, empty: 0, flat: 0 }
+            }
+            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => {
+                let KdStatistics { leaves, empty_leaves, flat_leaves, .. } = tree.statistics();
+                LeafCounts { leaves, empty: empty_leaves, flat: flat_leaves }
+            }
+            Tree::Grid(grid) => {
+                let statistics = grid.statistics();
+                LeafCounts { leaves: statistics.cells, empty: statistics.empty_cells, flat: 0 }
+            }
+        }
+    }
+
+    /// Inner nodes whose split costs more than a leaf would, see [`audit::splits_costlier_than_leaf`].
+    pub fn splits_costlier_than_leaf(&self, traversal_cost: f64, intersection_cost: f64) -> u64 {
+        let areas = match &self.tree {
+            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.nodes().map(|node| node.bounds.half_area()).collect(),
+            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.half_areas(),
+            Tree::Grid(_) => return 0,
+        };
+        audit::splits_costlier_than_leaf(&self.topology(), &areas, [traversal_cost, intersection_cost])
     }
 
     /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area.

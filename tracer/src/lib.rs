@@ -4,6 +4,7 @@
 
 mod aabb;
 mod accel;
+pub mod audit;
 pub mod bvh;
 mod error;
 pub mod grid;
@@ -22,7 +23,7 @@ mod triangle;
 mod view;
 
 pub use aabb::{Aabb, PlaneSlack, SlabRay};
-pub use accel::{Accel, AccelerationStructure, BuildOptions, StackUse, Traversal};
+pub use accel::{Accel, AccelerationStructure, BuildOptions, LeafCounts, StackUse, Traversal};
 pub use error::Error;
 pub use observe::{LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCounter};
 pub use raster::{Raster, RasterTile, TileDraw};

@@ -29,6 +29,14 @@ counters! {
         pub lane_steps: u64,
         /// Steps of whole warps: of one kind, by all lanes whose turn it is.
         pub warp_steps: u64,
+        /// Node steps of single lanes: one for a pair of siblings.
+        pub node_steps: u64,
+        /// Steps of single lanes to an ancestor.
+        pub up_steps: u64,
+        /// Of `alu_active`, operations of node steps, address arithmetic of their loads among them.
+        pub node_alu: u64,
+        /// Of `alu_active`, operations of triangle tests.
+        pub primitive_alu: u64,
         /// Node records read: once or twice per node step (see [`tracer::NodeFetch`]), once per step up.
         pub node_fetches: u64,
         /// Ray-triangle tests.

@@ -187,6 +187,11 @@ impl Program {
         };
         let (record_warps, record_lanes) = (records.0 + up_warps, records.1 + up_lanes);
         self.spend(self.record_cost, record_warps, record_lanes, issue);
+        let alu = |cost: Cost, lanes: u64| u64::from(cost.alu) * lanes;
+        issue.node_steps += node_lanes;
+        issue.up_steps += up_lanes;
+        issue.node_alu += alu(self.step_costs[Op::Node as usize], node_lanes) + alu(self.record_cost, records.1);
+        issue.primitive_alu += alu(self.step_costs[Op::Primitive as usize], of(Op::Primitive).1);
         issue.node_fetches += record_lanes;
         issue.primitive_tests += of(Op::Primitive).1;
         issue.restarts += of(Op::Restart).1;

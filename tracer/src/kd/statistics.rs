@@ -41,6 +41,15 @@ impl KdTree {
         }
     }
 
+    /// Half the area of each node's cell; nothing without triangles.
+    pub(crate) fn half_areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.nodes.len()];
+        self.for_each_cell(|index, _, cell| {
+            areas[index as usize] = Aabb { min: cell.min, max: cell.max }.half_area();
+        });
+        areas
+    }
+
     /// Expected cost of a random ray that meets the scene's box: the areas of inner nodes times Ct and those of leaves times
     /// Ci and their references, over the area of the root. `None` for a box without area.
     pub fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
