@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Hold a frame's counters against the limits of a budget file; exit 1 if a hard one is broken.
     Check(CheckArgs),
+    /// Hold the model against what others have stated or measured.
+    Verify(VerifyArgs),
     /// Count hits and misses of a stream of addresses in a hierarchy of caches.
     Cache(CacheArgs),
     /// List what there is to choose from.
@@ -133,6 +135,39 @@ pub(crate) struct CheckArgs {
     pub(crate) frame: FrameArgs,
     #[command(flatten)]
     pub(crate) machine: MachineArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct VerifyArgs {
+    #[command(subcommand)]
+    pub(crate) what: VerifyWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum VerifyWhat {
+    /// Say for each statement of a paper whether the model reproduces it.
+    Claims(ClaimsArgs),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ClaimsArgs {
+    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU.
+    #[arg(long, value_name = "LETTER")]
+    pub(crate) paper: String,
+    /// Folder with the paper's scenes; built-in ones stand in for those that are not there.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) scenes: Option<PathBuf>,
+    /// Only see that it works: built-in scenes and small images.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    /// Also write the verdicts, and the counterparts of the paper's charts and heat maps, into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

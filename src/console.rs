@@ -31,6 +31,13 @@ pub(crate) fn style() -> Style {
     if std::io::stdout().is_terminal() && !no_color { Style::Ansi } else { Style::Plain }
 }
 
+/// Says how far long work is, on a terminal.
+pub(crate) fn status(text: &str) {
+    if std::io::stderr().is_terminal() {
+        let _ = writeln!(std::io::stderr(), "{text}");
+    }
+}
+
 /// Says what the user should know although the work goes on.
 pub(crate) fn warn(text: &str) {
     // Nothing is left to tell if standard error is gone.

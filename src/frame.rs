@@ -7,22 +7,17 @@ use anyhow::bail;
 use scenes::{Light, Scene, Triangle};
 use tracer::{AccelerationStructure, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks, View};
 
-/// A scene with the structure built over it.
-pub(crate) struct Frame {
-    scene: Scene,
-    triangles: Vec<Triangle>,
-    structure: AccelerationStructure,
-    settings: FrameSettings,
-    /// Seconds for loading the scene.
+/// A scene whose primary rays can be traced.
+pub(crate) struct LoadedScene {
+    pub(crate) scene: Scene,
+    pub(crate) triangles: Vec<Triangle>,
+    /// Seconds for loading it.
     pub(crate) load_s: f64,
-    /// Seconds for building the structure.
-    pub(crate) build_s: f64,
 }
 
-impl Frame {
-    /// Loads the scene and builds its structure.
-    pub(crate) fn build(scene: &str, settings: &FrameSettings) -> anyhow::Result<Self> {
-        let progress = Progress::spinner("loading the scene");
+impl LoadedScene {
+    pub(crate) fn load(scene: &str) -> anyhow::Result<Self> {
+        let _progress = Progress::spinner("loading the scene");
         let (loaded, load_s) = timed(|| {
             scenes::load(scene).map(|scene| {
                 let triangles = scene.triangles();
@@ -36,36 +31,67 @@ impl Frame {
                 scene.name
             );
         }
-        drop(progress);
+        Ok(Self { scene, triangles, load_s })
+    }
+}
+
+/// A scene with a structure built over it.
+pub(crate) struct Frame<'a> {
+    scene: &'a LoadedScene,
+    pub(crate) structure: AccelerationStructure,
+    settings: FrameSettings,
+    /// Seconds for building the structure.
+    pub(crate) build_s: f64,
+}
+
+impl<'a> Frame<'a> {
+    /// Builds the structure.
+    pub(crate) fn build(scene: &'a LoadedScene, settings: &FrameSettings) -> anyhow::Result<Self> {
         let _progress = Progress::spinner("building the structure");
         let (structure, build_s) =
-            timed(|| AccelerationStructure::build(&triangles, settings.traversal, &settings.build));
-        Ok(Self { scene, triangles, structure: structure?, settings: *settings, load_s, build_s })
+            timed(|| AccelerationStructure::build(&scene.triangles, settings.traversal, &settings.build));
+        Ok(Self { scene, structure: structure?, settings: *settings, build_s })
     }
 
     /// A tracer of the camera's rays and of the shadow rays that the scene asks for; of `rays` alone if they are given.
     pub(crate) fn tracer(&self, rays: Option<Vec<Ray>>) -> FrameTracer<'_> {
-        let size = self.settings.size;
         let (rays, lights) = match rays {
             Some(rays) => (Rays::List(rays), Vec::new()),
             None => {
-                let view = View::new(&self.scene.camera, size.width, size.height);
-                let lights = self.scene.lights.iter().filter(|_| self.scene.rays.shadow);
-                let positions = lights.map(|Light::Point { position }| *position).collect();
-                (Rays::View { view, width: size.width, height: size.height }, positions)
+                let size = self.settings.size;
+                (Rays::View { view: self.view(), width: size.width, height: size.height }, self.lights())
             }
         };
-        let identity = SceneIdentity { name: self.scene.name.clone(), hash: self.scene.hash() };
-        FrameTracer::new(&self.structure, &self.settings.build, &self.triangles, identity, rays, lights)
+        let LoadedScene { scene, triangles, .. } = self.scene;
+        let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
+        FrameTracer::new(&self.structure, &self.settings.build, triangles, identity, rays, lights)
             .with_remarks(self.remarks())
+    }
+
+    /// The camera, for this size of image.
+    pub(crate) fn view(&self) -> View {
+        let size = self.settings.size;
+        View::new(&self.scene.scene.camera, size.width, size.height)
+    }
+
+    /// The scene's triangles, in file order.
+    pub(crate) fn triangles(&self) -> &[Triangle] {
+        &self.scene.triangles
+    }
+
+    /// Where shadow rays go.
+    pub(crate) fn lights(&self) -> Vec<scenes::Vec3> {
+        let Scene { lights, rays, .. } = &self.scene.scene;
+        lights.iter().filter(|_| rays.shadow).map(|Light::Point { position }| *position).collect()
     }
 
     /// What a report should say of the scene.
     fn remarks(&self) -> SceneRemarks {
+        let scene = &self.scene.scene;
         let omission = |entry: scenes::LeftOut| Omission { what: entry.what.to_owned(), why: entry.why };
         SceneRemarks {
-            left_out: self.scene.needs().left_out().into_iter().map(omission).collect(),
-            notes: self.scene.notes.iter().map(|note| note.text().to_owned()).collect(),
+            left_out: scene.needs().left_out().into_iter().map(omission).collect(),
+            notes: scene.notes.iter().map(|note| note.text().to_owned()).collect(),
         }
     }
 }

@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod report;
 mod settings;
+mod verify;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -46,6 +47,7 @@ fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Some(Command::Replay(args)) => commands::replay::run(&args, &meter),
         Some(Command::Check(args)) => commands::check::run(&args, &meter),
         Some(Command::Cache(args)) => commands::cache::run(&args, &meter),
+        Some(Command::Verify(args)) => commands::verify::run(&args, &meter),
         Some(Command::List(args)) => commands::list::run(&args),
         Some(Command::Completions { shell }) => commands::shell::completions(shell),
         Some(Command::Man { subcommand }) => commands::shell::man(subcommand.as_deref()),

@@ -155,6 +155,14 @@ impl OutputFolder {
         OutputFile::create(&self.path.join(name))
     }
 
+    /// Writes `files`, name and bytes, all or none, and keeps the folder.
+    pub(crate) fn write_all(self, files: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
+        let ready = files.iter().map(|(name, bytes)| self.file(name)?.written(bytes));
+        OutputFile::finish_all(ready.collect::<anyhow::Result<Vec<_>>>()?)?;
+        self.keep();
+        Ok(())
+    }
+
     /// All is well: the folder stays.
     pub(crate) fn keep(mut self) {
         self.made.clear();

@@ -16,10 +16,10 @@ pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
 /// Program and version.
 pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
 
-/// A report with what each pixel cost, where that was kept.
+/// A report with the counts behind it, and with what each pixel cost where that was kept.
 pub(crate) struct Answer {
     pub(crate) report: Report,
-    pub(crate) maps: Option<HeatMaps>,
+    pub(crate) replayed: Replayed,
 }
 
 /// What was measured before the replay.
@@ -74,7 +74,7 @@ pub(crate) fn answers<S: TileSource>(
             replay_s,
         };
         let report = Report::new(TOOL, inputs(header, machine), scene, &estimate, run);
-        Answer { report, maps: replayed.maps }
+        Answer { report, replayed }
     };
     Ok(machines.iter().zip(replayed?).map(of_machine).collect())
 }
@@ -200,12 +200,12 @@ pub(crate) const MAPS: [MapKind; 3] = [
 ];
 
 /// The heat maps as pictures, in the order of [`MAPS`]; none for a list of rays.
-fn pictures(Answer { report, maps }: &Answer) -> anyhow::Result<Vec<Vec<u8>>> {
+fn pictures(Answer { report, replayed }: &Answer) -> anyhow::Result<Vec<Vec<u8>>> {
     let Inputs { scene, accel, traversal, technique, width: Some(width), height: Some(height), .. } = &report.inputs
     else {
         return Ok(Vec::new());
     };
-    let Some(maps) = maps else { return Ok(Vec::new()) };
+    let Some(maps) = &replayed.maps else { return Ok(Vec::new()) };
     let picture = |kind: &MapKind| {
         let map = heat_map::HeatMap {
             title: kind.title.to_owned(),

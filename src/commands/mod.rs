@@ -7,6 +7,7 @@ pub(crate) mod profile;
 pub(crate) mod replay;
 pub(crate) mod shell;
 pub(crate) mod trace;
+pub(crate) mod verify;
 
 use crate::args::{Format, ReportArgs};
 use crate::console;

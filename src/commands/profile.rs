@@ -3,7 +3,7 @@
 use super::{deliver, open_report_files};
 use crate::Outcome;
 use crate::args::ProfileArgs;
-use crate::frame::Frame;
+use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
 use crate::report::{self, Answer, Before};
@@ -29,7 +29,8 @@ pub(super) fn profile(
     maps: Maps,
     meter: &Meter,
 ) -> anyhow::Result<Answer> {
-    let frame = Frame::build(scene, settings)?;
-    let before = Before { load_s: frame.load_s, build_s: Some(frame.build_s) };
+    let scene = LoadedScene::load(scene)?;
+    let frame = Frame::build(&scene, settings)?;
+    let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
     report::answer(&frame.tracer(None), machine, maps, &before, meter)
 }

@@ -3,7 +3,7 @@
 use crate::Outcome;
 use crate::args::TraceArgs;
 use crate::console;
-use crate::frame::Frame;
+use crate::frame::{Frame, LoadedScene};
 use crate::meter::timed;
 use crate::output::{OutputFile, check_writable};
 use crate::progress::Progress;
@@ -21,7 +21,8 @@ pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
     let rays = args.rays.as_deref().map(tracer::read_rays).transpose()?;
     let out = check_writable(&args.out)?;
     let mut hits = args.hits.as_deref().map(HitsFile::create).transpose()?;
-    let frame = Frame::build(&args.scene, &settings)?;
+    let scene = LoadedScene::load(&args.scene)?;
+    let frame = Frame::build(&scene, &settings)?;
     let tracer = frame.tracer(rays);
     let (written, trace_s) = timed(|| record(&tracer, &out, hits.as_mut()));
     let (bytes, steps) = written?;
@@ -37,7 +38,7 @@ pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
         steps,
         bytes,
         bytes as f64 / steps.max(1) as f64,
-        frame.load_s,
+        scene.load_s,
         frame.build_s,
         trace_s,
     ))?;

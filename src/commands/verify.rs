@@ -1,0 +1,138 @@
+//! `raybudget verify`: what others have stated or measured, held against this model.
+
+use crate::Outcome;
+use crate::args::{ClaimsArgs, Format, VerifyArgs, VerifyWhat};
+use crate::console;
+use crate::meter::{self, Meter};
+use crate::output::OutputFolder;
+use crate::report::TOOL;
+use crate::settings::start_threads;
+use crate::verify::measure::{self, Conditions, Measured};
+use crate::verify::paper_charts;
+use anyhow::bail;
+use reports::claims::{self, ClaimSet, EMBEDDED, Verdict};
+use serde_json::json;
+
+/// Side of the images of a quick run.
+const QUICK: [u32; 2] = [256, 256];
+
+pub(crate) fn run(args: &VerifyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    match &args.what {
+        VerifyWhat::Claims(args) => verify_claims(args, meter),
+    }
+}
+
+fn verify_claims(args: &ClaimsArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    let Some(embedded) = EMBEDDED.iter().find(|embedded| embedded.letter == args.paper) else {
+        let letters: Vec<&str> = EMBEDDED.iter().map(|embedded| embedded.letter).collect();
+        bail!("--paper {}: no such paper; use one of: {}", args.paper, letters.join(", "));
+    };
+    let claims = embedded.parse()?;
+    start_threads(args.run.threads)?;
+    if let Some(folder) = args.scenes.as_deref().filter(|folder| !folder.is_dir()) {
+        bail!("--scenes {}: not a folder; give the folder that holds {}", folder.display(), wanted_files(&claims));
+    }
+    let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+    let conditions = Conditions {
+        scenes: args.scenes.as_deref().filter(|_| !args.quick),
+        image: if args.quick { QUICK } else { claims.paper.image },
+        maps: &|setup| folder.is_some() && paper_charts::is_mapped(setup),
+    };
+    if conditions.scenes.is_none() {
+        console::warn(&format!(
+            "built-in scenes stand in for the paper's; for the real ones, give --scenes a folder that holds {}",
+            wanted_files(&claims)
+        ));
+    }
+    let measured = measure::all(&claims, &conditions, meter)?;
+    let verdicts = claims.evaluate(&measured.measurements);
+    let texts = Texts::new(&claims, &verdicts, &measured, &conditions, meter);
+    if let Some(folder) = folder {
+        write_files(folder, &claims, &measured, &texts)?;
+    }
+    console::print(match args.format {
+        Format::Text => &texts.text,
+        Format::Json => &texts.json,
+        Format::Csv => &texts.csv,
+    })?;
+    Ok(Outcome::Done)
+}
+
+fn wanted_files(claims: &ClaimSet) -> String {
+    let files: Vec<&str> =
+        claims.scenes.iter().filter_map(|role| role.files.first()).map(String::as_str).collect();
+    files.join(", ")
+}
+
+/// The verdicts in every form.
+struct Texts {
+    text: String,
+    json: String,
+    csv: String,
+    markdown: String,
+}
+
+impl Texts {
+    fn new(
+        claims: &ClaimSet,
+        verdicts: &[Verdict],
+        measured: &Measured,
+        conditions: &Conditions<'_>,
+        meter: &Meter,
+    ) -> Self {
+        let scenes: serde_json::Map<String, serde_json::Value> =
+            measured.scenes.iter().map(|(role, scene)| (role.clone(), json!(scene))).collect();
+        let run = json!({
+            "tool": TOOL,
+            "image": conditions.image,
+            "scenes": scenes,
+            "traces": measured.traces,
+            "replays": measured.answers.len(),
+            "threads": rayon::current_num_threads(),
+            "wall_s": meter.wall_s(),
+            "peak_rss_bytes": meter::peak_rss_bytes(),
+        });
+        let table = paper_charts::table_1(claims, measured);
+        let footer = format!(
+            "{} traces, {} replays of them, in {:.0} s of wall time on {} threads; images of {}x{}.\n",
+            measured.traces,
+            measured.answers.len(),
+            meter.wall_s(),
+            rayon::current_num_threads(),
+            conditions.image[0],
+            conditions.image[1],
+        );
+        let text = claims::text(&claims.paper, verdicts, console::style());
+        Self {
+            text: format!("{text}\nTable 1 of the paper beside ours\n\n{table}\n{footer}"),
+            json: claims::json_text(&claims.paper, verdicts, &run),
+            csv: claims::csv_text(verdicts),
+            markdown: format!(
+                "{}\n## Table 1 of the paper beside ours\n\n{table}\n{footer}",
+                claims::markdown(&claims.paper, verdicts)
+            ),
+        }
+    }
+}
+
+/// Writes everything into the folder: verdicts, and the counterparts of the paper's figures.
+fn write_files(
+    folder: OutputFolder,
+    claims: &ClaimSet,
+    measured: &Measured,
+    texts: &Texts,
+) -> anyhow::Result<()> {
+    let mut files: Vec<(String, Vec<u8>)> = vec![
+        ("claims.md".to_owned(), texts.markdown.clone().into()),
+        ("claims.json".to_owned(), texts.json.clone().into()),
+        ("claims.csv".to_owned(), texts.csv.clone().into()),
+    ];
+    for (stem, chart) in paper_charts::charts(claims, measured) {
+        files.push((format!("{stem}.svg"), chart.svg()?.into_bytes()));
+        files.push((format!("{stem}.png"), chart.png()?));
+    }
+    for (stem, picture) in paper_charts::heat_maps(claims, measured)? {
+        files.push((format!("{stem}.png"), picture));
+    }
+    folder.write_all(&files)
+}
