@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod report;
 mod settings;
+mod vary;
 mod verify;
 
 use args::{Cli, Command};
@@ -47,6 +48,8 @@ fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Some(Command::Replay(args)) => commands::replay::run(&args, &meter),
         Some(Command::Check(args)) => commands::check::run(&args, &meter),
         Some(Command::Cache(args)) => commands::cache::run(&args, &meter),
+        Some(Command::Compare(args)) => commands::compare::run(&args, &meter),
+        Some(Command::Whatif(args)) => commands::whatif::run(&args, &meter),
         Some(Command::Verify(args)) => commands::verify::run(&args, &meter),
         Some(Command::List(args)) => commands::list::run(&args),
         Some(Command::Completions { shell }) => commands::shell::completions(shell),

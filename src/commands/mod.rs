@@ -2,12 +2,14 @@
 
 pub(crate) mod cache;
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod list;
 pub(crate) mod profile;
 pub(crate) mod replay;
 pub(crate) mod shell;
 pub(crate) mod trace;
 pub(crate) mod verify;
+pub(crate) mod whatif;
 
 use crate::args::{Format, ReportArgs};
 use crate::console;

@@ -1,0 +1,233 @@
+//! `raybudget compare`: several frames side by side, each trace made once.
+
+use crate::Outcome;
+use crate::args::{CompareArgs, Format, FrameArgs};
+use crate::console;
+use crate::frame::{Frame, LoadedScene};
+use crate::machine::Machine;
+use crate::meter::Meter;
+use crate::output::OutputFolder;
+use crate::report::{self, Answer, Before, HEAT_MAP_PERCENTILE, MAPS};
+use crate::settings::{FrameSettings, start_threads};
+use crate::vary::{Axis, Point, Variation, meaningless};
+use anyhow::bail;
+use gpumodel::{HeatMaps, Maps};
+use reports::chart::MatrixChart;
+use reports::comparison::{self, Comparison, Variant};
+use reports::heat_map::{Panel, Panels, write_panels_png};
+
+/// Panels of one picture, at most and side by side.
+const MOST_PANELS: usize = 12;
+const PANEL_COLUMNS: usize = 4;
+
+pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    let variations =
+        args.vary.iter().map(|text| Variation::parse(text)).collect::<anyhow::Result<Vec<_>>>()?;
+    let mut points = Variation::points(&variations, &args.frame, &args.machine)?;
+    points.retain(|point| match meaningless(point) {
+        Some(reason) => {
+            console::warn(&format!("left out {}: {reason}", point.values.join(" ")));
+            false
+        }
+        None => true,
+    });
+    if points.is_empty() {
+        bail!("--vary: no combination is left to compare");
+    }
+    let groups = by_trace(&points)?;
+    start_threads(args.run.threads)?;
+    let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+
+    let several_scenes = args.scenes.len() > 1;
+    let mut variants: Vec<(usize, usize, Variant)> = Vec::new();
+    let mut maps: Vec<Mapped> = Vec::new();
+    for (scene_index, spec) in args.scenes.iter().enumerate() {
+        let scene = LoadedScene::load(spec)?;
+        for group in &groups {
+            console::status(&format!("{spec}: {}", group.settings.traversal.name()));
+            let frame = Frame::build(&scene, &group.settings)?;
+            let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
+            let kept = if folder.is_some() { Maps::Kept } else { Maps::Dropped };
+            let answers = report::answers(&frame.tracer(None), &group.machines, kept, &before, meter)?;
+            for (place, (&index, answer)) in group.points.iter().zip(answers).enumerate() {
+                let Answer { report, replayed } = answer;
+                let scene_value = several_scenes.then(|| report.inputs.scene.clone());
+                let values: Vec<String> = scene_value.into_iter().chain(points[index].values.clone()).collect();
+                // The machine changes few maps: one for each trace is enough.
+                if let Some(of_trace) = replayed.maps.filter(|_| place == 0) {
+                    maps.push(Mapped { scene: report.inputs.scene.clone(), values: values.clone(), maps: of_trace });
+                }
+                variants.push((scene_index, index, Variant { values, report }));
+            }
+        }
+    }
+    variants.sort_by_key(|&(scene, point, _)| (scene, point));
+    let axes = several_scenes.then(|| "scene".to_owned());
+    let comparison = Comparison {
+        title: args.scenes.join(", "),
+        axes: axes.into_iter().chain(variations.iter().map(|v| v.axis.name().to_owned())).collect(),
+        variants: variants.into_iter().map(|(_, _, variant)| variant).collect(),
+    };
+    if let Some(folder) = folder {
+        folder.write_all(&files(&comparison, &maps, &variations)?)?;
+    }
+    print(&comparison, args.format)?;
+    Ok(Outcome::Done)
+}
+
+/// Prints a comparison.
+pub(super) fn print(comparison: &Comparison, format: Format) -> anyhow::Result<()> {
+    console::print(&match format {
+        Format::Text => comparison::text::write(comparison, console::style()),
+        Format::Json => comparison::json::write(comparison),
+        Format::Csv => comparison::csv_table::write(comparison),
+    })
+}
+
+/// Points that share a trace.
+struct Group {
+    frame: FrameArgs,
+    settings: FrameSettings,
+    /// Of the points, in order.
+    machines: Vec<Machine>,
+    points: Vec<usize>,
+}
+
+fn by_trace(points: &[Point]) -> anyhow::Result<Vec<Group>> {
+    let mut groups: Vec<Group> = Vec::new();
+    for (index, point) in points.iter().enumerate() {
+        let machine = Machine::new(&point.machine)?;
+        match groups.iter_mut().find(|group| group.frame == point.frame) {
+            Some(group) => {
+                group.machines.push(machine);
+                group.points.push(index);
+            }
+            None => groups.push(Group {
+                frame: point.frame.clone(),
+                settings: FrameSettings::new(&point.frame)?,
+                machines: vec![machine],
+                points: vec![index],
+            }),
+        }
+    }
+    Ok(groups)
+}
+
+/// Heat maps of one trace.
+struct Mapped {
+    scene: String,
+    values: Vec<String>,
+    maps: HeatMaps,
+}
+
+/// Tables, charts and heat maps.
+fn files(
+    comparison: &Comparison,
+    maps: &[Mapped],
+    variations: &[Variation],
+) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let mut files: Vec<(String, Vec<u8>)> = vec![
+        ("comparison.md".to_owned(), comparison::markdown::write(comparison).into()),
+        ("comparison.csv".to_owned(), comparison::csv_table::write(comparison).into()),
+        ("comparison.json".to_owned(), comparison::json::write(comparison).into()),
+    ];
+    let mut picture = |stem: &str, svg: String, png: Vec<u8>| {
+        files.push((format!("{stem}.svg"), svg.into_bytes()));
+        files.push((format!("{stem}.png"), png));
+    };
+    let costs = variations.iter().position(|variation| variation.axis == Axis::CtCi);
+    if let (Some(axis), [_]) = (costs, variations) {
+        let scene_axes = comparison.axes.len() - variations.len();
+        for (stem, chart) in cost_matrices(comparison, scene_axes + axis) {
+            picture(&stem, chart.svg()?, chart.png()?);
+        }
+    }
+    for (stem, chart) in comparison.charts() {
+        // A comparison of many values has too many bars to draw; its tables have them all.
+        if let (Ok(svg), Ok(png)) = (chart.svg(), chart.png()) {
+            picture(&stem, svg, png);
+        }
+    }
+    files.extend(panels(maps)?);
+    Ok(files)
+}
+
+/// Frames per second over Ct and Ci, one matrix for each scene.
+fn cost_matrices(comparison: &Comparison, axis: usize) -> Vec<(String, MatrixChart)> {
+    let mut scenes: Vec<&str> = Vec::new();
+    let (mut xs, mut ys): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
+    for variant in &comparison.variants {
+        let Some((ct, ci)) = variant.values[axis].split_once(':') else { continue };
+        for (list, value) in [(&mut xs, ct), (&mut ys, ci)] {
+            if !list.iter().any(|known| known == value) {
+                list.push(value.to_owned());
+            }
+        }
+        let scene = variant.report.inputs.scene.as_str();
+        if !scenes.contains(&scene) {
+            scenes.push(scene);
+        }
+    }
+    for list in [&mut xs, &mut ys] {
+        list.sort_by(|a, b| a.parse::<f64>().unwrap_or(0.0).total_cmp(&b.parse().unwrap_or(0.0)));
+    }
+    let matrix = |scene: &str| {
+        let at = |ct: &str, ci: &str| {
+            let value = format!("{ct}:{ci}");
+            let of_costs = |variant: &&Variant| {
+                variant.report.inputs.scene == scene && variant.values[axis] == value
+            };
+            comparison.variants.iter().find(of_costs)?.report.counters.get("fps")?.value.as_f64()
+        };
+        MatrixChart {
+            title: format!("{scene}: frames per second by SAH costs"),
+            subtitle: comparison.variants.first().map_or(String::new(), |variant| {
+                let inputs = &variant.report.inputs;
+                format!("{}, {} {}, {}", inputs.gpu, inputs.accel, inputs.traversal, inputs.technique)
+            }),
+            x_label: "Ct, cost of visiting a node".to_owned(),
+            y_label: "Ci, cost of testing a triangle".to_owned(),
+            value_label: "frames per second (1/s)".to_owned(),
+            xs: xs.clone(),
+            ys: ys.clone(),
+            values: ys.iter().map(|ci| xs.iter().map(|ct| at(ct, ci)).collect()).collect(),
+        }
+    };
+    let number = |index: usize| if index == 0 { String::new() } else { format!("-{}", index + 1) };
+    let named = |(index, scene): (usize, &&str)| (format!("fps-by-costs{}", number(index)), matrix(scene));
+    scenes.iter().enumerate().map(named).collect()
+}
+
+/// The heat maps of all traces of a scene on one scale, where there are several.
+fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let mut scenes: Vec<&str> = maps.iter().map(|mapped| mapped.scene.as_str()).collect();
+    scenes.dedup();
+    let mut files = Vec::new();
+    for (index, scene) in scenes.iter().enumerate() {
+        let of_scene: Vec<&Mapped> = maps.iter().filter(|mapped| mapped.scene == *scene).collect();
+        if of_scene.len() < 2 || of_scene.len() > MOST_PANELS {
+            continue;
+        }
+        for kind in &MAPS {
+            let labelled: Vec<_> = of_scene
+                .iter()
+                .map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps)))
+                .collect();
+            let picture = write_panels_png(&Panels {
+                title: format!("{scene}: {}", kind.title.to_lowercase()),
+                subtitle: "One scale for all".to_owned(),
+                unit: kind.unit.to_owned(),
+                width: labelled[0].1.width,
+                panels: labelled
+                    .iter()
+                    .map(|(label, map)| Panel { label: label.clone(), values: &map.values })
+                    .collect(),
+                columns: PANEL_COLUMNS,
+                clamp_percentile: HEAT_MAP_PERCENTILE,
+            })?;
+            let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
+            files.push((format!("{}{number}.png", kind.file), picture));
+        }
+    }
+    Ok(files)
+}

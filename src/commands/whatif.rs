@@ -1,0 +1,112 @@
+//! `raybudget whatif`: what a recorded frame would cost if one thing were different.
+
+use super::compare::print;
+use crate::Outcome;
+use crate::args::{MachineArgs, WhatifArgs};
+use crate::console;
+use crate::machine::Machine;
+use crate::meter::{Meter, timed};
+use crate::output::OutputFolder;
+use crate::report::{self, Before};
+use crate::settings::start_threads;
+use crate::vary::{Axis, Variation};
+use gpumodel::Maps;
+use reports::comparison::{self, Comparison, Variant};
+use tracer::{NodeFetch, TileSource, TraceFile, TraceHeader};
+
+/// How the unchanged frame is called.
+const UNCHANGED: &str = "unchanged";
+
+pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    let asked = changes(args)?;
+    let unchanged = MachineArgs { costs: args.costs.clone(), ..MachineArgs::default() };
+    let baseline = Machine::new(&unchanged)?;
+    start_threads(args.run.threads)?;
+    let (trace, load_s) = timed(|| TraceFile::open(&args.trace));
+    let trace = trace?;
+    let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+
+    let changes = if asked.is_empty() { every_change(trace.header())? } else { asked };
+    let mut labels = vec![UNCHANGED.to_owned()];
+    let mut machines = vec![baseline];
+    for variation in &changes {
+        for point in Variation::points(std::slice::from_ref(variation), &Default::default(), &unchanged)? {
+            labels.push(format!("{} {}", variation.axis.name(), point.values.join(" ")));
+            machines.push(Machine::new(&point.machine)?);
+        }
+    }
+    let before = Before { load_s, build_s: None };
+    let answers = report::answers(&trace, &machines, Maps::Dropped, &before, meter)?;
+    let mut variants: Vec<Variant> = labels
+        .into_iter()
+        .zip(answers)
+        .map(|(label, answer)| Variant { values: vec![label], report: answer.report })
+        .collect();
+    let time = |variant: &Variant| {
+        let time = variant.report.counters.get("frame_time_ms").and_then(|time| time.value.as_f64());
+        time.unwrap_or(f64::INFINITY)
+    };
+    // The unchanged frame leads; the changes follow, the best first.
+    variants[1..].sort_by(|a, b| time(a).total_cmp(&time(b)));
+    let comparison =
+        Comparison { title: trace.header().scene.clone(), axes: vec!["change".to_owned()], variants };
+    if let Some(folder) = folder {
+        folder.write_all(&[
+            ("whatif.md".to_owned(), comparison::markdown::write(&comparison).into()),
+            ("whatif.csv".to_owned(), comparison::csv_table::write(&comparison).into()),
+            ("whatif.json".to_owned(), comparison::json::write(&comparison).into()),
+        ])?;
+    }
+    print(&comparison, args.format)?;
+    Ok(Outcome::Done)
+}
+
+/// The changes that were asked for.
+fn changes(args: &WhatifArgs) -> anyhow::Result<Vec<Variation>> {
+    let lists = [
+        (Axis::Gpu, &args.gpu),
+        (Axis::Technique, &args.technique),
+        (Axis::Layout, &args.layout),
+        (Axis::PrimitiveOrder, &args.primitive_order),
+        (Axis::NodeRecords, &args.node_records),
+        (Axis::NodeOrder, &args.node_order),
+    ];
+    let given = lists.into_iter().filter(|(_, values)| !values.is_empty());
+    let mut changes: Vec<Variation> =
+        given.map(|(axis, values)| Variation { axis, values: values.clone() }).collect();
+    for figure in &args.set {
+        changes.push(Variation::parse(figure)?);
+    }
+    Ok(changes)
+}
+
+/// Every change of layout, order and technique that this trace allows, other than what it has.
+fn every_change(header: &TraceHeader) -> anyhow::Result<Vec<Variation>> {
+    let own_order = gpumodel::PrimitiveOrder::of(header.accel).name();
+    let pairs = header.node_fetch == NodeFetch::Pair;
+    let differs = |axis: &Axis, value: &str| match axis {
+        Axis::Layout => value != gpumodel::PrimitiveLayout::default().name(),
+        Axis::PrimitiveOrder => value != own_order,
+        Axis::NodeRecords => {
+            value == gpumodel::NodeRecords::Padded.name() || (pairs && value == gpumodel::NodeRecords::ChildBoxes.name())
+        }
+        Axis::NodeOrder => value != gpumodel::NodeOrder::default().name(),
+        Axis::Technique => {
+            // The first is the default; those that rasterise need to know what a rasteriser draws.
+            value == "compute" || (header.raster && value.starts_with("hybrid"))
+        }
+        _ => false,
+    };
+    let mut changes = Vec::new();
+    for name in ["layout", "primitive-order", "node-records", "node-order", "technique"] {
+        let Variation { axis, mut values } = Variation::parse(name)?;
+        values.retain(|value| differs(&axis, value));
+        if !values.is_empty() {
+            changes.push(Variation { axis, values });
+        }
+    }
+    if !header.raster {
+        console::warn("this trace does not say what a rasteriser draws: hybrid rendering is left out");
+    }
+    Ok(changes)
+}

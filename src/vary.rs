@@ -1,0 +1,275 @@
+//! What varies between the frames of a comparison: axes, their values, and the options that each value stands for.
+
+use crate::args::{FrameArgs, MachineArgs};
+use anyhow::{anyhow, bail};
+use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, TECHNIQUES};
+use tracer::Traversal;
+
+/// Costs Ct and Ci of Sousa et al. 2019: the chosen ones, and around them the three that their charts compare them with.
+const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
+/// Both axes of the fine grid of costs.
+const FINE_COSTS: [&str; 6] = ["0.5", "1", "1.5", "2", "3", "4"];
+/// Most variants of one comparison.
+const MOST_VARIANTS: usize = 1000;
+
+/// What can vary.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Axis {
+    Traversal,
+    CtCi,
+    ShortStack,
+    Gpu,
+    Technique,
+    Layout,
+    PrimitiveOrder,
+    NodeRecords,
+    NodeOrder,
+    /// A figure of the GPU's description, by its dotted key.
+    Figure(String),
+}
+
+/// An axis with its values.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Variation {
+    pub(crate) axis: Axis,
+    pub(crate) values: Vec<String>,
+}
+
+/// One frame of a comparison.
+#[derive(Clone, Debug)]
+pub(crate) struct Point {
+    /// A value for each axis.
+    pub(crate) values: Vec<String>,
+    pub(crate) frame: FrameArgs,
+    pub(crate) machine: MachineArgs,
+}
+
+impl Axis {
+    const NAMED: [Self; 9] = [
+        Self::Traversal,
+        Self::CtCi,
+        Self::ShortStack,
+        Self::Gpu,
+        Self::Technique,
+        Self::Layout,
+        Self::PrimitiveOrder,
+        Self::NodeRecords,
+        Self::NodeOrder,
+    ];
+
+    /// Its name on the command line.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::Traversal => "traversal",
+            Self::CtCi => "ct-ci",
+            Self::ShortStack => "short-stack",
+            Self::Gpu => "gpu",
+            Self::Technique => "technique",
+            Self::Layout => "layout",
+            Self::PrimitiveOrder => "primitive-order",
+            Self::NodeRecords => "node-records",
+            Self::NodeOrder => "node-order",
+            Self::Figure(key) => key,
+        }
+    }
+
+    /// The values that it takes unless told otherwise.
+    fn all(&self) -> anyhow::Result<Vec<String>> {
+        let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+        Ok(match self {
+            Self::Traversal => Traversal::ALL.map(traversal_name).into(),
+            Self::CtCi => owned(&COSTS),
+            Self::ShortStack => owned(&["0", "1", "2", "4"]),
+            Self::Gpu => GPUS.iter().map(|gpu| gpu.name.to_owned()).collect(),
+            Self::Technique => TECHNIQUES.iter().map(|technique| technique.name.to_owned()).collect(),
+            Self::Layout => owned(&PrimitiveLayout::ALL.map(PrimitiveLayout::name)),
+            Self::PrimitiveOrder => owned(&PrimitiveOrder::ALL.map(PrimitiveOrder::name)),
+            Self::NodeRecords => owned(&NodeRecords::ALL.map(NodeRecords::name)),
+            Self::NodeOrder => owned(&NodeOrder::ALL.map(NodeOrder::name)),
+            Self::Figure(key) => bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128"),
+        })
+    }
+
+    /// Puts one of its values into the options.
+    fn apply(&self, value: &str, frame: &mut FrameArgs, machine: &mut MachineArgs) -> anyhow::Result<()> {
+        let given = Some(value.to_owned());
+        match self {
+            Self::Traversal => {
+                let traversal = Traversal::ALL.into_iter().find(|&traversal| traversal_name(traversal) == value);
+                let Some(traversal) = traversal else {
+                    bail!("--vary traversal={value}: no such one; use: {}", Traversal::ALL.map(traversal_name).join(", "));
+                };
+                frame.accel = Some(traversal.accel().name().to_owned());
+                frame.traversal = Some(traversal.name().to_owned());
+            }
+            Self::CtCi => {
+                let costs = value.split_once(':');
+                let parsed = costs.and_then(|(ct, ci)| Some((ct.parse().ok()?, ci.parse().ok()?)));
+                let Some((ct, ci)) = parsed else {
+                    bail!("--vary ct-ci={value}: expected Ct:Ci, such as 3:1.5, or fine");
+                };
+                (frame.ct, frame.ci) = (Some(ct), Some(ci));
+            }
+            Self::ShortStack => {
+                let entries = value.parse();
+                frame.short_stack = Some(entries.map_err(|_| {
+                    anyhow!("--vary short-stack={value}: expected a number of entries, such as 4")
+                })?);
+            }
+            Self::Gpu => machine.gpu = given,
+            Self::Technique => machine.technique = given,
+            Self::Layout => machine.layout = given,
+            Self::PrimitiveOrder => machine.primitive_order = given,
+            Self::NodeRecords => machine.node_records = given,
+            Self::NodeOrder => machine.node_order = given,
+            Self::Figure(key) => machine.set.push(format!("{key}={value}")),
+        }
+        Ok(())
+    }
+}
+
+/// `bvh-stack` and the like.
+pub(crate) fn traversal_name(traversal: Traversal) -> String {
+    format!("{}-{}", traversal.accel().name(), traversal.name())
+}
+
+impl Variation {
+    /// Reads `AXIS` or `AXIS=VALUE+VALUE`.
+    pub(crate) fn parse(text: &str) -> anyhow::Result<Self> {
+        let (name, values) = text.split_once('=').map_or((text, None), |(name, values)| (name, Some(values)));
+        let named = Axis::NAMED.into_iter().find(|axis| axis.name() == name);
+        let axis = match named {
+            Some(axis) => axis,
+            None if name.contains('.') => Axis::Figure(name.to_owned()),
+            None => {
+                let names: Vec<String> = Axis::NAMED.iter().map(|axis| axis.name().to_owned()).collect();
+                bail!(
+                    "--vary {name}: no such axis; use: {}, or a figure of the GPU such as cache.uche.size=65536+131072",
+                    names.join(", ")
+                );
+            }
+        };
+        let values = match values {
+            None => axis.all()?,
+            Some("fine") if axis == Axis::CtCi => {
+                FINE_COSTS.iter().flat_map(|ct| FINE_COSTS.iter().map(move |ci| format!("{ct}:{ci}"))).collect()
+            }
+            Some(values) => values.split('+').map(str::to_owned).collect(),
+        };
+        let mut sorted = values.clone();
+        sorted.sort_unstable();
+        sorted.dedup();
+        if sorted.len() < values.len() || values.iter().any(String::is_empty) {
+            bail!("--vary {text}: a value is empty or given twice; give each once, joined by +");
+        }
+        Ok(Self { axis, values })
+    }
+
+    /// Every combination of the values of all variations, the last varying fastest.
+    ///
+    /// # Errors
+    /// When an axis is given twice, there are too many combinations, or a value does not fit its axis.
+    pub(crate) fn points(
+        variations: &[Self],
+        frame: &FrameArgs,
+        machine: &MachineArgs,
+    ) -> anyhow::Result<Vec<Point>> {
+        for (index, variation) in variations.iter().enumerate() {
+            if variations[..index].iter().any(|other| other.axis == variation.axis) {
+                bail!("--vary {}: given twice; give it once, its values joined by +", variation.axis.name());
+            }
+        }
+        let count = variations.iter().try_fold(1_usize, |count, v| count.checked_mul(v.values.len()));
+        if count.is_none_or(|count| count > MOST_VARIANTS) {
+            bail!("--vary: more than {MOST_VARIANTS} combinations; vary fewer axes, or give fewer values");
+        }
+        let mut points =
+            vec![Point { values: Vec::new(), frame: frame.clone(), machine: machine.clone() }];
+        for Self { axis, values } in variations {
+            let mut next = Vec::with_capacity(points.len() * values.len());
+            for point in &points {
+                for value in values {
+                    let mut point = point.clone();
+                    axis.apply(value, &mut point.frame, &mut point.machine)?;
+                    point.values.push(value.clone());
+                    next.push(point);
+                }
+            }
+            points = next;
+        }
+        Ok(points)
+    }
+}
+
+/// Why a combination has no meaning, such as a short stack for a traversal without one.
+pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
+    let accel = point.frame.accel.as_deref().unwrap_or("bvh");
+    let traversal = point.frame.traversal.as_deref().unwrap_or("stack");
+    let pairs = accel == "bvh" && traversal != "parent-link";
+    let has_short_stack = matches!(traversal, "restart-trail" | "push-down");
+    if accel == "grid" && point.frame.ct.is_some() {
+        Some("a grid is not built by costs")
+    } else if point.machine.node_records.as_deref() == Some(NodeRecords::ChildBoxes.name()) && !pairs {
+        Some("only traversals that test siblings together have the boxes of both children in one record")
+    } else if point.frame.short_stack.is_some() && !has_short_stack {
+        Some("only restart-trail and push-down have a short stack")
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(variations: &[&str]) -> anyhow::Result<Vec<Point>> {
+        let variations =
+            variations.iter().map(|text| Variation::parse(text)).collect::<anyhow::Result<Vec<_>>>()?;
+        Variation::points(&variations, &FrameArgs::default(), &MachineArgs::default())
+    }
+
+    #[test]
+    fn every_axis_varies_over_all_its_values_by_its_name_alone() {
+        for axis in Axis::NAMED {
+            let all = points(&[axis.name()]).expect("it has values");
+            assert!(!all.is_empty(), "{axis:?}");
+        }
+        assert_eq!(points(&["ct-ci=fine"]).expect("it is known").len(), 36);
+    }
+
+    #[test]
+    fn the_last_axis_varies_fastest() {
+        let all = points(&["layout=padded+split", "cache.uche.line=64+128"]).expect("they are known");
+        let values: Vec<String> = all.iter().map(|point| point.values.join(" ")).collect();
+        assert_eq!(values, ["padded 64", "padded 128", "split 64", "split 128"]);
+        assert_eq!(all[3].machine.set, ["cache.uche.line=128"]);
+        assert_eq!(all[3].machine.layout.as_deref(), Some("split"));
+    }
+
+    #[test]
+    fn what_cannot_vary_is_refused() {
+        for (texts, expected) in [
+            (&["colour"][..], "no such axis; use: traversal"),
+            (&["cache.uche.line"], "needs values"),
+            (&["layout=split+split"], "given twice"),
+            (&["layout=split+"], "empty"),
+            (&["layout", "layout=split"], "given twice"),
+            (&["traversal=bvh-zigzag"], "no such one; use: bvh-stack"),
+            (&["ct-ci=3"], "expected Ct:Ci"),
+            (&["short-stack=few"], "expected a number"),
+            (&["ct-ci=fine", "traversal", "layout", "technique"], "more than 1000 combinations"),
+        ] {
+            let message = points(texts).expect_err("it is wrong").to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn combinations_without_meaning_are_told() {
+        let told = |texts: &[&str]| meaningless(&points(texts).expect("known")[0]).is_some();
+        assert!(told(&["traversal=grid-dda", "ct-ci=3:1.5"]) && !told(&["traversal=grid-dda"]));
+        assert!(told(&["traversal=bvh-parent-link", "node-records=child-boxes"]));
+        assert!(!told(&["traversal=bvh-restart-trail", "node-records=child-boxes", "short-stack=4"]));
+        assert!(told(&["traversal=kd-backtrack", "short-stack=4"]));
+    }
+}
