@@ -20,6 +20,7 @@ pub(crate) fn with_figures(text: &str, file: &str, figures: &[String]) -> anyhow
         })?;
         let mut known = Vec::new();
         keys("", &Value::Table(table.clone()), &mut known);
+        let key = key.trim();
         let Some(found) = find(&mut table, key) else {
             bail!("--set {figure}: {file} has no figure '{key}'; it has: {}", known.join(", "));
         };
@@ -86,7 +87,7 @@ mod tests {
     fn what_is_not_a_figure_or_a_value_is_refused() {
         for (figure, expected) in [
             ("cache.uche.line", "expected KEY=VALUE"),
-            ("cache.l9.line=1", "has no figure 'cache.l9.line'; it has: cache.tp_l1.size"),
+            ("cache.l9.line=1", "has no figure 'cache.l9.line'; it has: cache.tp_l1.bytes_per_clock"),
             ("cache.uche=1", "has no figure 'cache.uche'"),
             ("identity.name=\"x\"", "has no figure"),
             ("clock.mhz=fast", "is not a value"),
