@@ -171,15 +171,15 @@ fn record(
     measurements: &mut Measurements,
 ) {
     for metric in metrics {
-        if let Some(counter) = answer.report.counters.get(metric) {
-            match &counter.value {
-                reports::Value::Absent { reason } => measurements.absent(setup, metric, reason),
-                value => measurements.figure(setup, metric, value.as_f64().unwrap_or(f64::NAN)),
-            }
-        } else if let Some(value) = metrics::of_replay(metric, answer, &machine.config.gpu) {
+        if let Some(value) = metrics::of_replay(metric, answer, &machine.config.gpu) {
             match value {
                 Ok(value) => measurements.figure(setup, metric, value),
                 Err(reason) => measurements.absent(setup, metric, &reason),
+            }
+        } else if let Some(counter) = answer.report.counters.get(metric) {
+            match &counter.value {
+                reports::Value::Absent { reason } => measurements.absent(setup, metric, reason),
+                value => measurements.figure(setup, metric, value.as_f64().unwrap_or(f64::NAN)),
             }
         }
     }

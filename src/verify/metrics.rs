@@ -26,6 +26,7 @@ pub(super) fn of_replay(metric: &str, answer: &Answer, gpu: &Gpu) -> Option<Resu
         "alu_per_node_step" => per(node_alu, node_steps, "node steps"),
         "primitive_alu_share" => per(primitive_alu, alu_active, "operations"),
         "intersection_alu_share" => per(primitive_alu + node_alu, alu_active, "operations"),
+        "restarts" => Ok(issue.restarts as f64),
         "node_bytes" => per(answer.replayed.structure_bytes, structure_nodes(answer), "nodes"),
         "node_l1_miss_ratio" | "node_l2_miss_ratio" => {
             let role = if metric == "node_l1_miss_ratio" { CacheRole::L1 } else { CacheRole::L2 };

@@ -116,7 +116,7 @@ pub const COUNTERS: &[CounterInfo] = &[
         "SP Memory Read",
         MEMORY,
         "B",
-        "lines that the loads of the shader cores read from the first cache of their path x line size: one line per load however many lanes share it; what misses goes on to DRAM and is counted there",
+        "bytes that shader loads of buffers and private memory read from memory, past every cache, as UCHE_VBIF_READ_BEATS_SP x 32 (Mesa fd_pps_driver.cc)",
         "",
     ),
     row(
@@ -132,7 +132,7 @@ pub const COUNTERS: &[CounterInfo] = &[
         "Texture Memory Read",
         MEMORY,
         "B",
-        "lines read through the texture caches x line size",
+        "bytes that texture reads of images read from memory, past every cache",
         "",
     ),
     row(
@@ -140,7 +140,7 @@ pub const COUNTERS: &[CounterInfo] = &[
         "Vertex Memory Read",
         MEMORY,
         "B",
-        "lines that vertex fetch read, for binning and for every bin x line size",
+        "bytes that vertex fetch, for binning and for every bin, reads from memory, past every cache",
         "",
     ),
     row(
@@ -148,7 +148,7 @@ pub const COUNTERS: &[CounterInfo] = &[
         "Read Total",
         MEMORY,
         "B",
-        "lines that missed every cache x line size + bin lists read",
+        "SP, texture and vertex memory read + bin lists read",
         "",
     ),
     row(

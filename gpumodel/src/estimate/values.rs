@@ -1,7 +1,7 @@
 //! Each counter's value, as [`COUNTERS`](crate::COUNTERS) defines it.
 
 use crate::config::CacheRole;
-use crate::counters::{BufferTraffic, CounterSet, PassCounters, Value};
+use crate::counters::{BufferTraffic, CounterSet, PassCounters, TrafficCounters, Value};
 use crate::replay::{ReplayConfig, Replayed};
 use tracer::{Topology, TraceHeader};
 
@@ -62,14 +62,8 @@ impl PassValues<'_> {
             "occupancy" => self.of_frame(|| self.occupancy()),
             "sp_memory_read_bytes" => Value::Count(self.shader_reads()),
             "sp_memory_read_bytes_per_second" => self.per_second(self.shader_reads() as f64),
-            "texture_memory_read_bytes" => self.path_reads(
-                issue.texture_lines_read,
-                &gpu.paths.texture,
-                "no texture is read; storage buffers do not go through the texture path",
-            ),
-            "vertex_memory_read_bytes" => {
-                self.path_reads(issue.vertex_lines_read, &gpu.paths.vertex, "no vertex is fetched")
-            }
+            "texture_memory_read_bytes" => memory_reads(self.pass.traffic.image, "no texture is read"),
+            "vertex_memory_read_bytes" => memory_reads(self.pass.traffic.vertex, "no vertex is fetched"),
             "dram_read_bytes" => Value::Count(dram_reads),
             "dram_write_bytes" => {
                 Value::Count(traffic.dram_write_bytes + issue.output_bytes + issue.bin_list_bytes / 2)
@@ -122,20 +116,10 @@ impl PassValues<'_> {
         Value::ratio(schedule.warp_ticks as f64, slots as f64, NO_WORK)
     }
 
-    /// Bytes of the lines that loads read from the first cache of their path.
+    /// Bytes from memory for the loads of shaders, textures apart.
     fn shader_reads(&self) -> u64 {
-        let gpu = &self.frame.config.gpu;
-        let line_bytes = |path: &[usize]| gpu.caches[path[0]].line_bytes;
-        let issue = &self.pass.issue;
-        let textures = issue.texture_lines_read;
-        (issue.lines_read - textures) * line_bytes(&gpu.paths.ssbo) + textures * line_bytes(&gpu.paths.texture)
-    }
-
-    fn path_reads(&self, lines: u64, path: &[usize], none: &str) -> Value {
-        match lines {
-            0 => Value::absent(none),
-            lines => Value::Count(lines * self.frame.config.gpu.caches[path[0]].line_bytes),
-        }
+        let TrafficCounters { node, primitive, index, normal, stack, vertex: _, image: _ } = self.pass.traffic;
+        [node, primitive, index, normal, stack].iter().map(|traffic| traffic.dram_read_bytes).sum()
     }
 
     fn level(&self, role: CacheRole, value: impl FnOnce(u64, u64) -> Value) -> Value {
@@ -152,6 +136,14 @@ impl PassValues<'_> {
         }
         value(accesses, misses)
     }
+}
+
+/// Bytes from memory; absent with `none` where there was no access at all.
+fn memory_reads(traffic: BufferTraffic, none: &str) -> Value {
+    if traffic.levels.iter().all(|level| level.accesses == 0) {
+        return Value::absent(none);
+    }
+    Value::Count(traffic.dram_read_bytes)
 }
 
 fn miss_ratio(accesses: u64, misses: u64) -> Value {
