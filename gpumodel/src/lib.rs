@@ -29,6 +29,6 @@ pub use counters::{
     PassCounters, ScheduleCounters, TrafficCounters, Value,
 };
 pub use error::Error;
-pub use estimate::{Bound, Estimate, LeftOut, PassEstimate, estimate};
-pub use layout::{Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
+pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, estimate};
+pub use layout::{BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
 pub use replay::{Maps, ReplayConfig, Replayed, replay, replay_all};

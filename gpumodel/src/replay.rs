@@ -11,7 +11,7 @@ use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters};
 use crate::error::Error;
 use crate::geometry;
 use crate::interleave::{Interleaver, KindPaths};
-use crate::layout::{Buffers, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
+use crate::layout::{BufferBytes, Buffers, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
 use crate::schedule::{HELPER, LaneMap, resident_warps};
 use crate::warp::{Emitter, Program, Stepper, TileStream};
 use cachesim::Hierarchy;
@@ -52,6 +52,8 @@ pub struct Replayed {
     pub maps: Option<HeatMaps>,
     /// Bytes of the tree's node records.
     pub structure_bytes: u64,
+    /// Bytes of all buffers.
+    pub buffers: BufferBytes,
     /// Warps that a core holds at once.
     pub resident_warps: u32,
 }
@@ -357,7 +359,8 @@ impl<'a> Variant<'a> {
         counters.flush = flush;
         counters.schedule = schedule;
         counters.stalls = source.stalls();
-        Ok(Replayed { counters, maps, structure_bytes: program.buffers.structure_bytes, resident_warps })
+        let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
+        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps })
     }
 
     /// The full-screen quad that draws the image of a compute stage.

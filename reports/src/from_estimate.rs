@@ -1,8 +1,8 @@
 //! From the model's estimate to a report.
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
-use crate::report::{Bound, Inputs, LeftOut, Pass, Report, Run, SCHEMA};
-use gpumodel::{CounterSet, Estimate};
+use crate::report::{Bound, Buffer, Inputs, LeftOut, Pass, Report, Run, SCHEMA};
+use gpumodel::{BufferEstimate, CounterSet, Estimate};
 
 /// What a report says of the scene itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,10 +41,16 @@ impl Report {
                 .map(|bound| Bound { name: bound.name.to_owned(), seconds: bound.seconds })
                 .collect(),
             deciding_bound: Some(estimate.deciding_bound.to_owned()),
+            buffers: estimate.buffers.iter().map(buffer).collect(),
             assumptions: estimate.assumptions.clone(),
             notes,
         }
     }
+}
+
+fn buffer(estimate: &BufferEstimate) -> Buffer {
+    let BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes } = *estimate;
+    Buffer { name: name.to_owned(), bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
 }
 
 fn counters(set: &CounterSet, from: Fidelity) -> Counters {

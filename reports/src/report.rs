@@ -31,6 +31,9 @@ pub struct Report {
     /// Name of the bound that decides the frame time.
     #[serde(default)]
     pub deciding_bound: Option<String>,
+    /// What each kind of buffer takes and moves.
+    #[serde(default)]
+    pub buffers: Vec<Buffer>,
     /// Which figures are estimates and what was assumed for them, in sentences.
     #[serde(default)]
     pub assumptions: Vec<String>,
@@ -134,6 +137,23 @@ pub struct Pass {
     pub name: String,
     /// Its counters.
     pub counters: Counters,
+}
+
+/// What the buffers of one kind take and move in the whole frame.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Buffer {
+    /// What they hold.
+    pub name: String,
+    /// Bytes that they take.
+    pub bytes: u64,
+    /// Lines touched in the first cache of their path.
+    pub line_accesses: u64,
+    /// Lines not found in the last one.
+    pub line_misses: u64,
+    /// Bytes read from memory.
+    pub dram_read_bytes: u64,
+    /// Bytes written to memory by lines that these accesses drove out.
+    pub dram_write_bytes: u64,
 }
 
 /// The least time that one resource needs for the frame's work.

@@ -2,7 +2,7 @@
 //! the bounds, what was left out, what is an estimate, and what the run cost.
 
 use crate::counters::{Counter, Value};
-use crate::report::{Bound, Inputs, Report, Run};
+use crate::report::{Bound, Buffer, Inputs, Report, Run};
 use crate::units;
 use gpumodel::{COUNTERS, CounterInfo};
 use std::fmt::Write;
@@ -28,6 +28,7 @@ impl Style {
 const NAME_WIDTH: usize = 32;
 const NUMBER_WIDTH: usize = 14;
 const UNIT_WIDTH: usize = 7;
+const BUFFER_WIDTH: usize = 18;
 /// Text wraps at this width.
 pub(crate) const LINE_WIDTH: usize = 100;
 
@@ -38,6 +39,7 @@ pub fn write(report: &Report, style: Style) -> String {
     counters(&mut out, report, style);
     absent(&mut out, report, style);
     bounds(&mut out, &report.bounds, report.deciding_bound.as_deref(), style);
+    buffers(&mut out, &report.buffers, style);
     let left_out: Vec<String> =
         report.left_out.iter().map(|entry| format!("{}: {}", entry.what, entry.why)).collect();
     sentences(&mut out, "Left out of these figures", &left_out, style);
@@ -153,6 +155,26 @@ fn bounds(out: &mut String, bounds: &[Bound], deciding: Option<&str>, style: Sty
         let mark = if deciding == Some(name) { "  <- decides" } else { "" };
         let milliseconds = units::digits(seconds * 1e3);
         line!(out, "  {name:<width$}{milliseconds:>NUMBER_WIDTH$} ms{mark}", width = NAME_WIDTH - 2);
+    }
+}
+
+fn buffers(out: &mut String, buffers: &[Buffer], style: Style) {
+    if buffers.is_empty() {
+        return;
+    }
+    let columns = ["size", "lines touched", "lines missed", "read from DRAM"];
+    let heading: String = columns.iter().map(|column| format!("{column:>BUFFER_WIDTH$}")).collect();
+    line!(out);
+    line!(out, "{}", style.bold(&format!("{:<width$}{heading}", "Buffers", width = NAME_WIDTH - 8)));
+    let bytes = |bytes: u64| {
+        let (number, unit) = units::scaled(&Value::Count(bytes), "B").unwrap_or_default();
+        format!("{number} {unit}")
+    };
+    for Buffer { name, bytes: size, line_accesses, line_misses, dram_read_bytes, dram_write_bytes: _ } in buffers {
+        let figures =
+            [bytes(*size), units::grouped(*line_accesses), units::grouped(*line_misses), bytes(*dram_read_bytes)];
+        let figures: String = figures.iter().map(|figure| format!("{figure:>BUFFER_WIDTH$}")).collect();
+        line!(out, "  {name:<width$}{figures}", width = NAME_WIDTH - 10);
     }
 }
 

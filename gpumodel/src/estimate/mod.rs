@@ -6,7 +6,7 @@ mod values;
 pub use bounds::Bound;
 
 use crate::config::{Attachments, Stage};
-use crate::counters::{CounterSet, Pass};
+use crate::counters::{BufferTraffic, CounterSet, Pass, TrafficCounters};
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{ReplayConfig, Replayed};
 use bounds::Demand;
@@ -24,10 +24,29 @@ pub struct Estimate {
     pub bounds: Vec<Bound>,
     /// The resource that decides the longest of the frame's phases.
     pub deciding_bound: &'static str,
+    /// What each kind of buffer takes and moves; those that the frame does not have are left out.
+    pub buffers: Vec<BufferEstimate>,
     /// What was assumed, in sentences.
     pub assumptions: Vec<String>,
     /// What was not modelled.
     pub left_out: Vec<LeftOut>,
+}
+
+/// What the buffers of one kind take and move, in the whole frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferEstimate {
+    /// What they hold.
+    pub name: &'static str,
+    /// Bytes that they take.
+    pub bytes: u64,
+    /// Lines that loads and stores touched in the first cache of their path: distinct ones per instruction of a warp.
+    pub line_accesses: u64,
+    /// Lines of the last cache that were not there.
+    pub line_misses: u64,
+    /// Bytes read from memory.
+    pub dram_read_bytes: u64,
+    /// Bytes written to memory by lines that these accesses drove out, whoever wrote them.
+    pub dram_write_bytes: u64,
 }
 
 /// What a pass costs.
@@ -97,11 +116,37 @@ pub fn estimate(
         frame: total.set(),
         passes: in_use.into_iter().map(of_pass).collect(),
         deciding_bound: longest.1,
+        buffers: buffers(replayed, config),
         assumptions: assumptions(replayed, header, config),
         left_out: left_out(config),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
         bounds: Demand::total(&demands).into_iter().filter(|bound| bound.seconds > 0.0).collect(),
     }
+}
+
+fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
+    let TrafficCounters { node, primitive, index, normal, stack, vertex, image } =
+        replayed.counters.total().traffic;
+    let bytes = &replayed.buffers;
+    let paths = &config.gpu.paths;
+    let of = |name, bytes: u64, traffic: BufferTraffic, path: &[usize]| {
+        let ends = path.first().zip(path.last());
+        let (line_accesses, line_misses) = ends.map_or((0, 0), |(&first, &last)| {
+            (traffic.levels[first].accesses, traffic.levels[last].misses)
+        });
+        let BufferTraffic { dram_read_bytes, dram_write_bytes, .. } = traffic;
+        BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
+    };
+    let all = [
+        of("nodes", bytes.node, node, &paths.ssbo),
+        of("triangles", bytes.primitive, primitive, &paths.ssbo),
+        of("triangle indices", bytes.index, index, &paths.ssbo),
+        of("normals", bytes.normal, normal, &paths.ssbo),
+        of("stacks", bytes.stack, stack, &paths.private),
+        of("vertices", bytes.vertex, vertex, &paths.vertex),
+        of("images", bytes.image, image, &paths.texture),
+    ];
+    all.into_iter().filter(|buffer| buffer.bytes > 0 || buffer.line_accesses > 0).collect()
 }
 
 /// Of a phase that does nothing.

@@ -53,6 +53,25 @@ impl BufferKind {
     ];
 }
 
+/// How much memory each buffer takes, in bytes; 0 for one that the frame does not have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BufferBytes {
+    /// Node records.
+    pub node: u64,
+    /// Triangles for intersection, with their normals unless those are apart.
+    pub primitive: u64,
+    /// Index lists of leaves.
+    pub index: u64,
+    /// Normals in a buffer of their own.
+    pub normal: u64,
+    /// Stacks of all warps that can be resident.
+    pub stack: u64,
+    /// Vertices for rasterisation.
+    pub vertex: u64,
+    /// Images and attachments that one pass writes and another reads.
+    pub image: u64,
+}
+
 /// Records that are read in 16-byte loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reads {
@@ -74,6 +93,8 @@ impl Reads {
 pub(crate) struct Buffers {
     /// Bytes of all node records.
     pub(crate) structure_bytes: u64,
+    /// Bytes that each buffer takes.
+    pub(crate) sizes: BufferBytes,
     pub(crate) node_reads: Reads,
     pub(crate) intersection_reads: Reads,
     pub(crate) shading_reads: Reads,
@@ -147,7 +168,8 @@ impl Buffers {
         let vertex_base = place(records * u64::from(primitive.vertex_record_bytes()));
         let split = primitive.normal_record_bytes() > 0;
         let normal_base = place(records * u64::from(primitive.normal_record_bytes()));
-        let index_base = (!leaf_order).then(|| place(references * 4));
+        let index_bytes = if leaf_order { 0 } else { references * 4 };
+        let index_base = (!leaf_order).then(|| place(index_bytes));
         let stack_entries = header.stack_entries;
         let stack_bytes =
             u64::from(stack_entries) * u64::from(STACK_ENTRY_BYTES) * u64::from(config.gpu.cores.warp_width);
@@ -159,7 +181,17 @@ impl Buffers {
         let pixels = u64::from(header.frame.tiles()) * u64::from(TILE_RAYS);
         let image_bytes = pixels * PIXEL_BYTES;
         let attachments = raster.as_ref().map_or(0, |raster| raster.attachments_in_memory().len() as u64);
-        let image_base = place(image_bytes * (attachments + u64::from(present.is_some())));
+        let images = image_bytes * (attachments + u64::from(present.is_some()));
+        let image_base = place(images);
+        let sizes = BufferBytes {
+            node: structure_bytes,
+            primitive: records * u64::from(primitive.vertex_record_bytes()),
+            index: index_bytes,
+            normal: records * u64::from(primitive.normal_record_bytes()),
+            stack: stack_stride * u64::from(warps),
+            vertex: triangle_bytes * u64::from(topology.triangles),
+            image: images,
+        };
         let end = next / VEC4_BYTES;
         if end > u64::from(u32::MAX) {
             return Err(fail(
@@ -193,6 +225,7 @@ impl Buffers {
         let intersection = primitive.intersection_bytes();
         Ok(Self {
             structure_bytes,
+            sizes,
             node_reads: Reads::new(node_bytes, node_stride, line),
             intersection_reads: Reads::new(intersection.len() as u32, stride, line),
             shading_reads: Reads::new(shading.len() as u32, shading_stride, line),

@@ -6,6 +6,7 @@ mod order;
 mod primitive;
 mod records;
 
+pub use buffers::BufferBytes;
 pub(crate) use buffers::{BufferKind, Buffers, PIXEL_BYTES, Reads, STACK_ENTRY_BYTES};
 pub use node::{Field, NodeLayout};
 pub use order::NodeOrder;

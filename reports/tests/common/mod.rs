@@ -64,6 +64,14 @@ pub(crate) fn report() -> Report {
         passes: vec![Pass { name: "primary rays".into(), counters: counters() }],
         bounds: vec![Bound { name: "ALU issue".into(), seconds: 0.0125 }],
         deciding_bound: Some("ALU issue".into()),
+        buffers: vec![reports::Buffer {
+            name: "nodes".into(),
+            bytes: 4096,
+            line_accesses: 100,
+            line_misses: 7,
+            dram_read_bytes: 448,
+            dram_write_bytes: 0,
+        }],
         assumptions: vec!["Resources overlap perfectly.".into()],
         notes: vec![],
     }
