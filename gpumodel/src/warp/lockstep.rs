@@ -4,42 +4,47 @@
 //! loop body the kinds come in the order of [`Op::ALL`], so that a lane can, for instance, pop a node, fetch it and push its far
 //! child in one trip, and a kind that no lane needs is skipped by the whole warp.
 
+use super::prefixes::Prefixes;
 use tracer::{LoopStructure, Op, Step};
 
 /// Kinds of one search step, in the order of the loop body.
 const SEARCH: [Op; 5] = [Op::Pop, Op::Restart, Op::Up, Op::Node, Op::Push];
-
-/// Lanes that are done wait in a queue of their own, after those of [`Op::ALL`].
-const DONE: usize = Op::ALL.len();
 
 /// Sees what a warp executes.
 pub(crate) trait Body {
     /// A trip of a loop began, with this many lanes.
     fn trip(&mut self, lanes: u32);
 
-    /// Lanes `lanes` took a step of kind `op` on `ids`, lane by lane.
+    /// Groups of `lanes` took a step of kind `op`, each on its own of `ids`; groups come in the order of their lowest lanes.
     ///
     /// # Errors
     /// A sentence when an id is out of range.
-    fn step(&mut self, op: Op, lanes: &[u8], ids: &[u32]) -> Result<(), String>;
+    fn step(&mut self, op: Op, lanes: &[u64], ids: &[u32]) -> Result<(), String>;
 }
 
-/// Positions of a warp's lanes in their step lists.
+/// The groups of a warp's lanes in their step lists.
 pub(crate) struct Lockstep {
-    next: [u32; 64],
-    end: [u32; 64],
-    /// Lanes by the kind of their next step.
-    waiting: [u64; DONE + 1],
-    lanes: [u8; 64],
+    groups: Prefixes,
+    /// Leaders of groups by the kind of their next step.
+    waiting: [u64; Op::ALL.len()],
+    /// Lanes of those groups.
+    waiting_lanes: [u64; Op::ALL.len()],
+    lanes: [u64; 64],
     ids: [u32; 64],
 }
 
 impl Lockstep {
     pub(crate) fn new() -> Self {
-        Self { next: [0; 64], end: [0; 64], waiting: [0; DONE + 1], lanes: [0; 64], ids: [0; 64] }
+        Self {
+            groups: Prefixes::new(),
+            waiting: [0; Op::ALL.len()],
+            waiting_lanes: [0; Op::ALL.len()],
+            lanes: [0; 64],
+            ids: [0; 64],
+        }
     }
 
-    /// Runs the lanes whose steps lie in `ranges` of `steps`, as `(lane, start, end)`, to their ends.
+    /// Runs the lanes whose steps lie in `ranges` of `steps`, as `(lane, start, end)` with rising lanes, to their ends.
     ///
     /// # Errors
     /// What `body` says, or that a step is of a kind that no loop here has.
@@ -51,11 +56,10 @@ impl Lockstep {
         ranges: impl Iterator<Item = (usize, u32, u32)>,
         body: &mut B,
     ) -> Result<(), String> {
-        self.waiting = [0; DONE + 1];
-        for (lane, start, end) in ranges {
-            self.next[lane] = start;
-            self.end[lane] = end;
-            self.enqueue(steps, lane);
+        self.waiting = [0; Op::ALL.len()];
+        self.waiting_lanes = [0; Op::ALL.len()];
+        if let Some(leader) = self.groups.gather(steps, ranges) {
+            self.arrive(steps, leader);
         }
         loop {
             let searching = self.searching();
@@ -84,8 +88,9 @@ impl Lockstep {
         }
     }
 
+    /// Lanes whose next step is one of the search.
     fn searching(&self) -> u64 {
-        SEARCH.iter().fold(0, |lanes, &op| lanes | self.waiting[op as usize])
+        SEARCH.iter().fold(0, |lanes, &op| lanes | self.waiting_lanes[op as usize])
     }
 
     /// One trip of the search loop; false if no lane needed it.
@@ -107,7 +112,7 @@ impl Lockstep {
     /// One trip of the triangle loop; false if no lane needed it.
     #[inline(always)]
     fn primitive_trip<B: Body>(&mut self, steps: &[Step], body: &mut B) -> Result<bool, String> {
-        let testing = self.waiting[Op::Primitive as usize];
+        let testing = self.waiting_lanes[Op::Primitive as usize];
         if testing == 0 {
             return Ok(false);
         }
@@ -118,26 +123,37 @@ impl Lockstep {
 
     #[inline(always)]
     fn step<B: Body>(&mut self, op: Op, steps: &[Step], body: &mut B) -> Result<(), String> {
-        let mut lanes = std::mem::take(&mut self.waiting[op as usize]);
+        let mut leaders = std::mem::take(&mut self.waiting[op as usize]);
+        self.waiting_lanes[op as usize] = 0;
         let mut active = 0;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % 64;
-            lanes &= lanes - 1;
-            let at = self.next[lane];
-            self.lanes[active % 64] = lane as u8;
-            self.ids[active % 64] = steps[at as usize].id();
+        while leaders != 0 {
+            let leader = leaders.trailing_zeros() as usize % 64;
+            leaders &= leaders - 1;
+            self.lanes[active % 64] = self.groups.lanes(leader);
+            self.ids[active % 64] = self.groups.advance(steps, leader).id();
             active += 1;
-            self.next[lane] = at + 1;
-            self.enqueue(steps, lane);
+            self.arrive(steps, leader);
         }
         body.step(op, &self.lanes[..active], &self.ids[..active])
     }
 
+    /// Parts the group where its lanes part, and queues what it has become.
     #[inline(always)]
-    fn enqueue(&mut self, steps: &[Step], lane: usize) {
-        let next = self.next[lane];
-        let queue = if next < self.end[lane] { steps[next as usize].op() as usize } else { DONE };
-        self.waiting[queue] |= 1 << lane;
+    fn arrive(&mut self, steps: &[Step], leader: usize) {
+        while let Some(branch) = self.groups.part(leader) {
+            self.enqueue(steps, branch);
+        }
+        self.enqueue(steps, leader);
+    }
+
+    /// Queues a group by its next step; one at its end is done.
+    #[inline(always)]
+    fn enqueue(&mut self, steps: &[Step], leader: usize) {
+        if let Some(step) = self.groups.peek(steps, leader) {
+            let op = step.op() as usize;
+            self.waiting[op] |= 1 << leader;
+            self.waiting_lanes[op] |= self.groups.lanes(leader);
+        }
     }
 }
 
@@ -155,8 +171,18 @@ mod tests {
             self.0.push((None, Vec::new(), vec![lanes]));
         }
 
-        fn step(&mut self, op: Op, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
-            self.0.push((Some(op), lanes.to_vec(), ids.to_vec()));
+        fn step(&mut self, op: Op, lanes: &[u64], ids: &[u32]) -> Result<(), String> {
+            assert!(
+                lanes.is_sorted_by_key(|lanes| lanes.trailing_zeros()),
+                "groups in order of their lowest lanes"
+            );
+            let of_group = |(&lanes, &id): (&u64, &u32)| {
+                (0..64_u8).filter(move |lane| lanes >> lane & 1 != 0).map(move |lane| (lane, id))
+            };
+            let mut by_lane: Vec<_> = lanes.iter().zip(ids).flat_map(of_group).collect();
+            by_lane.sort_unstable();
+            let (lanes, ids) = by_lane.into_iter().unzip();
+            self.0.push((Some(op), lanes, ids));
             Ok(())
         }
     }
@@ -235,10 +261,27 @@ mod tests {
         Ok(log)
     }
 
-    fn any_steps() -> impl Strategy<Value = Vec<Vec<(Op, u32)>>> {
+    fn any_list(longest: usize) -> impl Strategy<Value = Vec<(Op, u32)>> {
         let ops = [Op::Pop, Op::Restart, Op::Up, Op::Node, Op::Push, Op::Primitive, Op::Node, Op::Primitive];
         let step = (0..ops.len(), 0_u32..1000).prop_map(move |(op, id)| (ops[op], id));
-        prop::collection::vec(prop::collection::vec(step, 0..24), 0..=64)
+        prop::collection::vec(step, 0..longest)
+    }
+
+    fn any_steps() -> impl Strategy<Value = Vec<Vec<(Op, u32)>>> {
+        prop::collection::vec(any_list(24), 0..=64)
+    }
+
+    /// Each lane begins as an earlier one, as far as its own list is not longer, and goes on in its own way.
+    fn like_steps() -> impl Strategy<Value = Vec<Vec<(Op, u32)>>> {
+        let lane = (any_list(6), any::<prop::sample::Index>(), 0_usize..60);
+        prop::collection::vec(lane, 1..=64).prop_map(|lanes| {
+            let mut lists = vec![Vec::new()];
+            for (own, like, shared) in lanes {
+                let like: &Vec<_> = like.get(&lists);
+                lists.push(like[..shared.min(like.len())].iter().copied().chain(own).collect());
+            }
+            lists.split_off(1)
+        })
     }
 
     const STRUCTURES: [LoopStructure; 3] =
@@ -246,7 +289,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn masks_do_what_the_definition_says(lanes in any_steps()) {
+        fn groups_do_what_the_definition_says(lanes in prop_oneof![any_steps(), like_steps()]) {
             for structure in STRUCTURES {
                 prop_assert_eq!(run(structure, &lanes).unwrap(), naive(structure, &lanes));
             }

@@ -2,6 +2,7 @@
 
 mod distinct;
 mod lockstep;
+mod prefixes;
 mod program;
 mod steps;
 mod stream;

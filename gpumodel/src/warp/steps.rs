@@ -159,7 +159,8 @@ impl Stepper {
         let of_lanes = lanes().filter_map(|(_, &ray)| hits.get(ray as usize).copied());
         let mut shaded = [0; 64];
         let mut shaded_lanes = 0;
-        let found = distinct.filter(of_lanes.filter(|&hit| hit != NO_HIT).inspect(|_| shaded_lanes += 1), &mut shaded);
+        let found = distinct
+            .filter(of_lanes.filter(|&hit| hit != NO_HIT).inspect(|_| shaded_lanes += 1), &mut shaded);
         warp.shaded.clear();
         warp.shaded.extend_from_slice(&shaded[..found]);
         warp.shaded_lanes = shaded_lanes;
@@ -186,13 +187,12 @@ struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// Groups lanes by stack entry: neighbours are mostly at the same one.
-    fn stack(&mut self, header: u32, lanes: &[u8], ids: &[u32]) {
+    /// Joins groups that are at the same stack entry.
+    fn stack(&mut self, header: u32, lanes: &[u64], ids: &[u32]) {
         let at = self.words.len();
         self.words.push(0);
-        for (&lane, &entry) in lanes.iter().zip(ids) {
-            let bit = 1_u64 << (lane % 64);
-            let (low, high) = (bit as u32, (bit >> 32) as u32);
+        for (&lanes, &entry) in lanes.iter().zip(ids) {
+            let (low, high) = (lanes as u32, (lanes >> 32) as u32);
             match self.words[at + 1..].chunks_exact_mut(3).find(|group| group[0] == entry) {
                 Some(group) => {
                     group[1] |= low;
@@ -213,8 +213,8 @@ impl Body for Recorder<'_> {
     }
 
     #[inline(always)]
-    fn step(&mut self, op: Op, lanes: &[u8], ids: &[u32]) -> Result<(), String> {
-        let active = ids.len() as u32;
+    fn step(&mut self, op: Op, lanes: &[u64], ids: &[u32]) -> Result<(), String> {
+        let active = lanes.iter().map(|lanes| lanes.count_ones()).sum();
         self.tally.warp_steps[op as usize] += 1;
         self.tally.lane_steps[op as usize] += u64::from(active);
         let header = (op as u32) << OP_SHIFT | active << LANES_SHIFT;
@@ -223,8 +223,8 @@ impl Body for Recorder<'_> {
             Op::Push | Op::Pop if self.stack_in_memory => self.stack(header, lanes, ids),
             Op::Push | Op::Pop => {}
             _ => {
-                let roots =
-                    if op == Op::Node { ids.iter().map(|&id| u32::from(id == 0)).sum() } else { 0 };
+                let at_root = |(&lanes, &id): (&u64, &u32)| if id == 0 { lanes.count_ones() } else { 0 };
+                let roots = if op == Op::Node { lanes.iter().zip(ids).map(at_root).sum() } else { 0 };
                 self.tally.root_lanes += u64::from(roots);
                 self.tally.sibling_steps += u64::from(op == Op::Node && roots < active);
                 let at = self.words.len();
