@@ -1,5 +1,6 @@
 //! From a scene's name to a tracer of its frame.
 
+use crate::machine::Machine;
 use crate::meter::timed;
 use crate::progress::Progress;
 use crate::settings::FrameSettings;
@@ -51,6 +52,14 @@ impl<'a> Frame<'a> {
         let (structure, build_s) =
             timed(|| AccelerationStructure::build(&scene.triangles, settings.traversal, &settings.build));
         Ok(Self { scene, structure: structure?, settings: *settings, build_s })
+    }
+
+    /// A tracer of what `machines` replay: the camera's rays, the shadow rays that the scene asks for, and what a rasteriser draws where
+    /// one of them rasterises.
+    pub(crate) fn tracer_for(&self, machines: &[Machine]) -> FrameTracer<'_> {
+        let tracer = self.tracer(None);
+        let rasterises = machines.iter().any(|machine| machine.config.technique.raster.is_some());
+        if rasterises { tracer.with_raster() } else { tracer }
     }
 
     /// A tracer of the camera's rays and of the shadow rays that the scene asks for; of `rays` alone if they are given.

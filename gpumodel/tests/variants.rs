@@ -52,6 +52,7 @@ impl Traced {
         let rays = Rays::View { view: self.view(), width: SIZE.0, height: SIZE.1 };
         let options = BuildOptions::default();
         FrameTracer::new(&self.structure, &options, &self.triangles, identity, rays, self.lights.clone())
+            .with_raster()
     }
 
 }

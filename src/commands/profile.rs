@@ -32,5 +32,5 @@ pub(super) fn profile(
     let scene = LoadedScene::load(scene)?;
     let frame = Frame::build(&scene, settings)?;
     let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
-    report::answer(&frame.tracer(None), machine, maps, &before, meter)
+    report::answer(&frame.tracer_for(std::slice::from_ref(machine)), machine, maps, &before, meter)
 }

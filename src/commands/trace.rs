@@ -23,7 +23,8 @@ pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
     let mut hits = args.hits.as_deref().map(HitsFile::create).transpose()?;
     let scene = LoadedScene::load(&args.scene)?;
     let frame = Frame::build(&scene, &settings)?;
-    let tracer = frame.tracer(rays);
+    // A list of rays has no image to rasterise.
+    let tracer = frame.tracer(rays).with_raster();
     let (written, trace_s) = timed(|| record(&tracer, &out, hits.as_mut()));
     let (bytes, steps) = written?;
     if let Some(hits) = hits {

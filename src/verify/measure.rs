@@ -127,7 +127,8 @@ fn measure_trace(
     let stack_settings = FrameSettings::new(&stack_plan.frame_args(conditions.image)?)?;
     let stack = audits.restarts_above_push_down.then(|| Frame::build(scene, &stack_settings)).transpose()?;
     let stack = stack.as_ref().map(|stack| stack.tracer(None));
-    let source = Audited { tracer: frame.tracer(None), stack, audits, found: [AtomicU64::new(0), AtomicU64::new(0)] };
+    let machines: Vec<Machine> = replays.iter().map(|(_, machine)| machine.clone()).collect();
+    let source = Audited { tracer: frame.tracer_for(&machines), stack, audits, found: [AtomicU64::new(0), AtomicU64::new(0)] };
 
     if replays.is_empty() {
         let mut tile = Tile::default();
@@ -137,7 +138,6 @@ fn measure_trace(
     } else {
         let maps = if needs.keys().any(conditions.maps) { Maps::Kept } else { Maps::Dropped };
         let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
-        let machines: Vec<Machine> = replays.iter().map(|(_, machine)| machine.clone()).collect();
         let answers = report::answers(&source, &machines, maps, &before, meter)?;
         for ((setup, machine), mut answer) in replays.into_iter().zip(answers) {
             record(setup, &needs[setup], &answer, &machine, &mut measured.measurements);

@@ -55,7 +55,7 @@ pub struct FrameTracer<'a> {
     structure: &'a AccelerationStructure,
     triangles: &'a [Triangle],
     rays: Rays,
-    /// For a camera's image: the same image rasterised.
+    /// The same image rasterised, where that was asked for.
     raster: Option<Raster<'a>>,
     /// One set of shadow rays each.
     lights: Vec<Vec3>,
@@ -77,7 +77,6 @@ impl<'a> FrameTracer<'a> {
         let traversal = structure.traversal();
         let ray_sets =
             std::iter::once(RayKind::Primary).chain(lights.iter().map(|_| RayKind::Shadow)).collect();
-        let raster = rays.raster(triangles);
         let header = TraceHeader {
             generator: concat!("raybudget ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: scene.name,
@@ -85,7 +84,7 @@ impl<'a> FrameTracer<'a> {
             triangles: triangles.len() as u32,
             frame: rays.frame(),
             ray_sets,
-            raster: raster.is_some(),
+            raster: false,
             accel: traversal.accel(),
             traversal: traversal.name().to_owned(),
             node_fetch: traversal.node_fetch(),
@@ -101,7 +100,15 @@ impl<'a> FrameTracer<'a> {
             remarks: SceneRemarks::default(),
         };
         let topology = structure.topology();
-        Self { structure, triangles, rays, raster, lights, header, topology, stalls: AtomicU64::new(0) }
+        Self { structure, triangles, rays, raster: None, lights, header, topology, stalls: AtomicU64::new(0) }
+    }
+
+    /// The same tracer, which also lists what a rasteriser draws in each tile; a list of rays stays as it is.
+    #[must_use]
+    pub fn with_raster(mut self) -> Self {
+        self.raster = self.rays.raster(self.triangles);
+        self.header.raster = self.raster.is_some();
+        self
     }
 
     /// The same tracer, its header with these remarks.

@@ -21,7 +21,8 @@ fn with_tracer<R>(
     let scenes::Light::Point { position } = scene.lights[0];
     let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
     let rays = Rays::View { view, width, height };
-    use_it(&FrameTracer::new(&structure, &options, &triangles, identity, rays, vec![position]))
+    let tracer = FrameTracer::new(&structure, &options, &triangles, identity, rays, vec![position]);
+    use_it(&tracer.with_raster())
 }
 
 fn write(source: &impl TileSource, path: &Path) -> Result<u64, Error> {
