@@ -9,8 +9,9 @@ use toml::{Table, Value};
 /// # Errors
 /// When a key is not a figure of the description, or a value is not one.
 pub(crate) fn with_figures(text: &str, file: &str, figures: &[String]) -> anyhow::Result<String> {
-    let mut table: Table =
-        text.parse().map_err(|error| anyhow!("{file}: {error}; correct the file before setting figures of it"))?;
+    let mut table: Table = text
+        .parse()
+        .map_err(|error| anyhow!("{file}: {error}; correct the file before setting figures of it"))?;
     for figure in figures {
         let Some((key, value)) = figure.split_once('=') else {
             bail!("--set {figure}: expected KEY=VALUE, such as cache.uche.line=128");
@@ -74,13 +75,18 @@ mod tests {
 
     #[test]
     fn figures_are_set_by_their_dotted_keys() {
-        let text = with(&["cache.uche.line=128", "shader_cores.alu_lanes = 32", "paths.ssbo=[\"tp_l1\", \"uche\"]"])
-            .expect("they exist");
+        let text =
+            with(&["cache.uche.line=128", "shader_cores.alu_lanes = 32", "paths.ssbo=[\"tp_l1\", \"uche\"]"])
+                .expect("they exist");
         let gpu = Gpu::parse(&text, "set.toml").expect("it is valid");
         assert_eq!((gpu.caches[1].line_bytes, gpu.cores.alu_lanes), (128, 32.0));
         assert_eq!(gpu.paths.ssbo, [0, 1]);
         let before = Gpu::parse(GPUS[0].toml, "gpu.toml").expect("it is valid");
-        assert_eq!(gpu.provenance().driver + 1, before.provenance().driver, "a figure that is set is an estimate");
+        assert_eq!(
+            gpu.provenance().driver + 1,
+            before.provenance().driver,
+            "a figure that is set is an estimate"
+        );
     }
 
     #[test]

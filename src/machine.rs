@@ -5,8 +5,8 @@ use crate::figures::with_figures;
 use crate::output::read_text;
 use anyhow::{anyhow, bail};
 use gpumodel::{
-    GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, ReplayConfig, ShaderCosts, TECHNIQUES,
-    Technique,
+    GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, ReplayConfig, ShaderCosts,
+    TECHNIQUES, Technique,
 };
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
@@ -29,28 +29,28 @@ pub(crate) struct Machine {
 
 impl Machine {
     pub(crate) fn new(args: &MachineArgs) -> anyhow::Result<Self> {
-        let MachineArgs {
-            gpu,
-            set,
-            technique,
-            layout,
-            primitive_order,
-            node_records,
-            node_order,
-            costs,
-        } = args;
+        let MachineArgs { gpu, set, technique, layout, primitive_order, node_records, node_order, costs } =
+            args;
         let (gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
         let technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
-        let primitive_layout =
-            choice("--layout", layout, PrimitiveLayout::from_name, &PrimitiveLayout::ALL.map(PrimitiveLayout::name))?;
+        let primitive_layout = choice(
+            "--layout",
+            layout,
+            PrimitiveLayout::from_name,
+            &PrimitiveLayout::ALL.map(PrimitiveLayout::name),
+        )?;
         let primitive_order = choice(
             "--primitive-order",
             primitive_order,
             PrimitiveOrder::from_name,
             &PrimitiveOrder::ALL.map(PrimitiveOrder::name),
         )?;
-        let node_records =
-            choice("--node-records", node_records, NodeRecords::from_name, &NodeRecords::ALL.map(NodeRecords::name))?;
+        let node_records = choice(
+            "--node-records",
+            node_records,
+            NodeRecords::from_name,
+            &NodeRecords::ALL.map(NodeRecords::name),
+        )?;
         let node_order =
             choice("--node-order", node_order, NodeOrder::from_name, &NodeOrder::ALL.map(NodeOrder::name))?;
         let (costs, costs_hash) = match costs {
@@ -81,7 +81,8 @@ fn choice<T>(
     names: &[&str],
 ) -> anyhow::Result<Option<T>> {
     let find = |name: &String| {
-        from_name(name).ok_or_else(|| anyhow!("{option} {name}: no such choice; use one of: {}", names.join(", ")))
+        from_name(name)
+            .ok_or_else(|| anyhow!("{option} {name}: no such choice; use one of: {}", names.join(", ")))
     };
     name.as_ref().map(find).transpose()
 }

@@ -60,7 +60,8 @@ pub(crate) fn answers<S: TileSource>(
         let mut scene = facts(header);
         let stalls = replayed.counters.stalls;
         if stalls > 0 {
-            let note = format!("{stalls} traversals were ended by their loop bound: their hits may be wrong.");
+            let note =
+                format!("{stalls} traversals were ended by their loop bound: their hits may be wrong.");
             scene.notes.push(note);
         }
         let run = Run {
@@ -201,7 +202,8 @@ pub(crate) const MAPS: [MapKind; 3] = [
 
 /// The heat maps as pictures, in the order of [`MAPS`]; none for a list of rays.
 fn pictures(Answer { report, replayed }: &Answer) -> anyhow::Result<Vec<Vec<u8>>> {
-    let Inputs { scene, accel, traversal, technique, width: Some(width), height: Some(height), .. } = &report.inputs
+    let Inputs { scene, accel, traversal, technique, width: Some(width), height: Some(height), .. } =
+        &report.inputs
     else {
         return Ok(Vec::new());
     };

@@ -148,7 +148,10 @@ fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
     source.tiles[0].ray_sets.push(ray_set(&shadow));
     let counters = run(&source);
     assert_eq!((counters.pass(Pass::Primary).issue.rays, counters.pass(Pass::Shadow).issue.rays), (32, 6));
-    assert_eq!((counters.pass(Pass::Primary).issue.node_fetches, counters.pass(Pass::Shadow).issue.node_fetches), (32, 10));
+    assert_eq!(
+        (counters.pass(Pass::Primary).issue.node_fetches, counters.pass(Pass::Shadow).issue.node_fetches),
+        (32, 10)
+    );
     assert_eq!(counters.total().issue.rays, 38);
 }
 

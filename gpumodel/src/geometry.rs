@@ -164,7 +164,8 @@ impl Vertices<'_> {
         let mut total = 0_u64;
         for triangle in triangles {
             for corner in 0..CORNERS {
-                let first = self.program.buffers.vertex_base + (u64::from(triangle) * CORNERS + corner) * stride;
+                let first =
+                    self.program.buffers.vertex_base + (u64::from(triangle) * CORNERS + corner) * stride;
                 let last = first + u64::from(bytes) - 1;
                 for line in first >> shift..=last >> shift {
                     if lines.last() != Some(&(line as u32)) {

@@ -366,7 +366,14 @@ mod tests {
     fn interleaver(resident: u32) -> Interleaver {
         let machine = gpu(&[]);
         let (hierarchy, paths) = Hierarchy::with_paths(machine.levels(), &machine.paths.as_slices()).unwrap();
-        Interleaver::with_stacks(&machine, hierarchy, KindPaths::new(&paths), (1000, 10), resident, Maps::Dropped)
+        Interleaver::with_stacks(
+            &machine,
+            hierarchy,
+            KindPaths::new(&paths),
+            (1000, 10),
+            resident,
+            Maps::Dropped,
+        )
     }
 
     #[test]
@@ -397,7 +404,13 @@ mod tests {
         let stack: &[(BufferKind, u32)] = &[(BufferKind::Stack, 0)];
         interleaver.push(&stream(&[stack; 8]));
         let (passes, _, _) = interleaver.finish();
-        assert_eq!((passes[Pass::Primary as usize].stack.levels[1].accesses, passes[Pass::Primary as usize].stack.levels[1].misses), (8, 4));
+        assert_eq!(
+            (
+                passes[Pass::Primary as usize].stack.levels[1].accesses,
+                passes[Pass::Primary as usize].stack.levels[1].misses
+            ),
+            (8, 4)
+        );
     }
 
     #[test]

@@ -205,9 +205,9 @@ impl<'a> Workshop<'a> {
         let mut streams: Vec<Option<TileStream>> = self.programs.iter().map(|_| None).collect();
         for Shape { lane_map, wanted, variants } in &self.shapes {
             let emit = |warp: &crate::warp::WarpSteps| {
-                variants
-                    .iter()
-                    .try_for_each(|&variant| emitters[variant].trace(&self.programs[variant], warp, index, rect))
+                variants.iter().try_for_each(|&variant| {
+                    emitters[variant].trace(&self.programs[variant], warp, index, rect)
+                })
             };
             let tally = stepper
                 .run(self.header, wanted, lane_map, (tile, rect), emit)
@@ -300,7 +300,8 @@ impl<'a> Variant<'a> {
             problem: error.to_string(),
             remedy: "correct [paths]".to_owned(),
         };
-        let (hierarchy, ids) = Hierarchy::with_paths(gpu.levels(), &gpu.paths.as_slices()).map_err(refused)?;
+        let (hierarchy, ids) =
+            Hierarchy::with_paths(gpu.levels(), &gpu.paths.as_slices()).map_err(refused)?;
         let paths = KindPaths::new(&ids);
         let buffers = Buffers::new(
             source,

@@ -33,7 +33,8 @@ impl LaneMap {
             Stage::Compute { workgroup: [width, height] } => {
                 let warp_width = warp_width.min((width * height) as usize);
                 let groups = grid(TILE_EDGE / width, TILE_EDGE / height);
-                let lanes = |(x, y)| grid(width, height).map(move |(dx, dy)| (x * width + dx, y * height + dy));
+                let lanes =
+                    |(x, y)| grid(width, height).map(move |(dx, dy)| (x * width + dx, y * height + dy));
                 Self { places: groups.flat_map(lanes).collect(), warp_width, list }
             }
         }

@@ -1,8 +1,8 @@
 //! Does a replay of the real tracer count what the tracer counts, and the same on any number of threads?
 
 use gpumodel::{
-    Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, Replayed, ShaderCosts, Technique, Value,
-    estimate, replay,
+    Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, Replayed, ShaderCosts, Technique,
+    Value, estimate, replay,
 };
 use scenes::{Light, Scene, Vec3};
 use tracer::{
@@ -86,7 +86,8 @@ fn every_traversal_and_layout_counts_the_work_of_the_tracer() {
         let traced = Traced::new(traversal);
         let (work, rays) = traced.work();
         for layout in PrimitiveLayout::ALL {
-            let replayed = replay(&traced.frame(), &config(layout), Maps::Kept, &|_, _| {}).expect("a real trace");
+            let replayed =
+                replay(&traced.frame(), &config(layout), Maps::Kept, &|_, _| {}).expect("a real trace");
             let total = replayed.counters.total().issue;
             assert_eq!(total.rays, rays, "{traversal:?} {layout:?}");
             assert_eq!(total.node_fetches, work.node_fetches, "{traversal:?} {layout:?}");
@@ -105,8 +106,9 @@ fn every_traversal_and_layout_counts_the_work_of_the_tracer() {
 fn accesses_add_up_from_lanes_to_memory() {
     for traversal in Traversal::ALL {
         let traced = Traced::new(traversal);
-        let counters =
-            replay(&traced.frame(), &config(PrimitiveLayout::Split), Maps::Kept, &|_, _| {}).expect("valid").counters;
+        let counters = replay(&traced.frame(), &config(PrimitiveLayout::Split), Maps::Kept, &|_, _| {})
+            .expect("valid")
+            .counters;
         for pass in &counters.passes {
             let traffic = pass.traffic.total();
             let uche = traffic.levels[1];
@@ -125,7 +127,9 @@ fn accesses_add_up_from_lanes_to_memory() {
 fn one_two_and_three_threads_count_the_same() {
     for traversal in [Traversal::BvhStack, Traversal::KdBacktrack] {
         let traced = Traced::new(traversal);
-        let run = || replay(&traced.frame(), &config(PrimitiveLayout::Padded), Maps::Kept, &|_, _| {}).expect("valid");
+        let run = || {
+            replay(&traced.frame(), &config(PrimitiveLayout::Padded), Maps::Kept, &|_, _| {}).expect("valid")
+        };
         let one = on_threads(1, run);
         for threads in [2, 3] {
             let many = on_threads(threads, run);

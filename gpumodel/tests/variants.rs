@@ -54,7 +54,6 @@ impl Traced {
         FrameTracer::new(&self.structure, &options, &self.triangles, identity, rays, self.lights.clone())
             .with_raster()
     }
-
 }
 
 fn run(traced: &Traced, config: &ReplayConfig) -> Replayed {
@@ -111,8 +110,10 @@ fn maps_add_up_to_the_counters() {
         assert_eq!(sum(&maps.loaded_bytes.values), bytes);
         // A warp's misses stand at each of its pixels, so that one pixel in 32 of a full warp counts.
         let by_warp: u64 = sum(&maps.warp_misses.values);
-        let misses: u64 =
-            Pass::ALL[2..5].iter().map(|&pass| counters.pass(pass).traffic.total().dram_read_bytes / 64).sum();
+        let misses: u64 = Pass::ALL[2..5]
+            .iter()
+            .map(|&pass| counters.pass(pass).traffic.total().dram_read_bytes / 64)
+            .sum();
         assert!(by_warp <= 32 * misses && by_warp > 16 * misses, "{by_warp} {misses}");
     }
 }
@@ -121,7 +122,8 @@ fn maps_add_up_to_the_counters() {
 fn hybrid_traces_the_same_shadow_rays_and_no_primary_ones() {
     for traversal in Traversal::ALL {
         let traced = Traced::new(traversal);
-        let (fragment, hybrid) = (counters(&traced, &config("fragment")), counters(&traced, &config("hybrid")));
+        let (fragment, hybrid) =
+            (counters(&traced, &config("fragment")), counters(&traced, &config("hybrid")));
         assert_eq!(*hybrid.pass(Pass::Primary), gpumodel::PassCounters::default());
         let shadow = |counters: &FrameCounters| counters.pass(Pass::Shadow).issue;
         assert_eq!(shadow(&fragment), shadow(&hybrid), "{traversal:?}");
@@ -144,7 +146,9 @@ fn the_geometry_pass_reads_each_vertex_of_a_bin_once() {
     assert!(geometry.traffic.vertex.dram_read_bytes >= least, "{least}");
 
     // With little tile memory there are many bins, each with its list and its triangles.
-    let toml = gpumodel::GPUS[0].toml.replace("tile_memory_bytes = { value = 1048576", "tile_memory_bytes = { value = 24576");
+    let toml = gpumodel::GPUS[0]
+        .toml
+        .replace("tile_memory_bytes = { value = 1048576", "tile_memory_bytes = { value = 24576");
     let small = ReplayConfig { gpu: Gpu::parse(&toml, "small.toml").expect("valid"), ..config("hybrid") };
     let binned = counters(&traced, &small);
     assert_eq!(binned.pass(Pass::Binning).issue.vertices, 3 * traced.triangles.len() as u64);
@@ -161,7 +165,8 @@ fn the_geometry_pass_reads_each_vertex_of_a_bin_once() {
 #[test]
 fn attachments_in_memory_are_written_and_read_once_per_pixel() {
     let traced = Traced::new(Traversal::BvhStack);
-    let (tile, memory) = (counters(&traced, &config("hybrid")), counters(&traced, &config("hybrid-resolved")));
+    let (tile, memory) =
+        (counters(&traced, &config("hybrid")), counters(&traced, &config("hybrid-resolved")));
     let written = |counters: &FrameCounters| counters.total().issue.output_bytes;
     assert_eq!(written(&memory), written(&tile) + PIXELS * 8);
     assert_eq!(tile.pass(Pass::Output).traffic.image, gpumodel::BufferTraffic::default());
@@ -205,7 +210,9 @@ fn the_boxes_of_both_children_in_one_record_spare_a_fetch_and_the_leaves_records
 
     let single = Traced::new(Traversal::BvhParentLink);
     let refused = ReplayConfig { node_records: NodeRecords::ChildBoxes, ..config("fragment") };
-    let message = replay(&single.frame(), &refused, Maps::Dropped, &|_, _| {}).expect_err("one box per step").to_string();
+    let message = replay(&single.frame(), &refused, Maps::Dropped, &|_, _| {})
+        .expect_err("one box per step")
+        .to_string();
     assert!(message.contains("one box per step") && message.contains("parent-link"), "{message}");
 }
 
@@ -248,7 +255,8 @@ fn a_list_of_rays_cannot_be_rasterised_and_says_so() {
         Vec::new(),
     );
     assert!(matches!(list.header().frame, Frame::List { .. }));
-    let message = replay(&list, &config("hybrid"), Maps::Dropped, &|_, _| {}).expect_err("no image").to_string();
+    let message =
+        replay(&list, &config("hybrid"), Maps::Dropped, &|_, _| {}).expect_err("no image").to_string();
     assert!(message.contains("use a technique that traces primary rays"), "{message}");
     replay(&list, &config("compute"), Maps::Kept, &|_, _| {}).expect("a list is computed as well");
 }
@@ -260,7 +268,8 @@ fn phases_add_up_to_the_frame_and_passes_to_their_phase() {
         let (frame, config) = (traced.frame(), config(technique.name));
         let replayed = run(&traced, &config);
         let estimate = estimate(&replayed, frame.header(), frame.topology(), &config);
-        let time = |set: &gpumodel::CounterSet| set.get("frame_time_ms").and_then(Value::number).expect("a number");
+        let time =
+            |set: &gpumodel::CounterSet| set.get("frame_time_ms").and_then(Value::number).expect("a number");
         let sum: f64 = estimate.passes.iter().map(|pass| time(&pass.counters)).sum();
         assert!((sum - time(&estimate.frame)).abs() <= 1e-12 * sum, "{}", technique.name);
         let passes: Vec<Pass> = estimate.passes.iter().map(|pass| pass.pass).collect();

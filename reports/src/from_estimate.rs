@@ -33,7 +33,10 @@ impl Report {
             passes: estimate
                 .passes
                 .iter()
-                .map(|pass| Pass { name: pass.pass.name().to_owned(), counters: counters(&pass.counters, from) })
+                .map(|pass| Pass {
+                    name: pass.pass.name().to_owned(),
+                    counters: counters(&pass.counters, from),
+                })
                 .collect(),
             bounds: estimate
                 .bounds
@@ -49,7 +52,8 @@ impl Report {
 }
 
 fn buffer(estimate: &BufferEstimate) -> Buffer {
-    let BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes } = *estimate;
+    let BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes } =
+        *estimate;
     Buffer { name: name.to_owned(), bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
 }
 

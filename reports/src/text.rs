@@ -170,9 +170,15 @@ fn buffers(out: &mut String, buffers: &[Buffer], style: Style) {
         let (number, unit) = units::scaled(&Value::Count(bytes), "B").unwrap_or_default();
         format!("{number} {unit}")
     };
-    for Buffer { name, bytes: size, line_accesses, line_misses, dram_read_bytes, dram_write_bytes: _ } in buffers {
-        let figures =
-            [bytes(*size), units::grouped(*line_accesses), units::grouped(*line_misses), bytes(*dram_read_bytes)];
+    for Buffer { name, bytes: size, line_accesses, line_misses, dram_read_bytes, dram_write_bytes: _ } in
+        buffers
+    {
+        let figures = [
+            bytes(*size),
+            units::grouped(*line_accesses),
+            units::grouped(*line_misses),
+            bytes(*dram_read_bytes),
+        ];
         let figures: String = figures.iter().map(|figure| format!("{figure:>BUFFER_WIDTH$}")).collect();
         line!(out, "  {name:<width$}{figures}", width = NAME_WIDTH - 10);
     }

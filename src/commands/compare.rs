@@ -48,14 +48,20 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
             let frame = Frame::build(&scene, &group.settings)?;
             let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
             let kept = if folder.is_some() { Maps::Kept } else { Maps::Dropped };
-            let answers = report::answers(&frame.tracer_for(&group.machines), &group.machines, kept, &before, meter)?;
+            let answers =
+                report::answers(&frame.tracer_for(&group.machines), &group.machines, kept, &before, meter)?;
             for (place, (&index, answer)) in group.points.iter().zip(answers).enumerate() {
                 let Answer { report, replayed } = answer;
                 let scene_value = several_scenes.then(|| report.inputs.scene.clone());
-                let values: Vec<String> = scene_value.into_iter().chain(points[index].values.clone()).collect();
+                let values: Vec<String> =
+                    scene_value.into_iter().chain(points[index].values.clone()).collect();
                 // The machine changes few maps: one for each trace is enough.
                 if let Some(of_trace) = replayed.maps.filter(|_| place == 0) {
-                    maps.push(Mapped { scene: report.inputs.scene.clone(), values: values.clone(), maps: of_trace });
+                    maps.push(Mapped {
+                        scene: report.inputs.scene.clone(),
+                        values: values.clone(),
+                        maps: of_trace,
+                    });
                 }
                 variants.push((scene_index, index, Variant { values, report }));
             }
@@ -174,9 +180,8 @@ fn cost_matrices(comparison: &Comparison, axis: usize) -> Vec<(String, MatrixCha
     let matrix = |scene: &str| {
         let at = |ct: &str, ci: &str| {
             let value = format!("{ct}:{ci}");
-            let of_costs = |variant: &&Variant| {
-                variant.report.inputs.scene == scene && variant.values[axis] == value
-            };
+            let of_costs =
+                |variant: &&Variant| variant.report.inputs.scene == scene && variant.values[axis] == value;
             comparison.variants.iter().find(of_costs)?.report.counters.get("fps")?.value.as_f64()
         };
         MatrixChart {
@@ -209,10 +214,8 @@ fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
             continue;
         }
         for kind in &MAPS {
-            let labelled: Vec<_> = of_scene
-                .iter()
-                .map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps)))
-                .collect();
+            let labelled: Vec<_> =
+                of_scene.iter().map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps))).collect();
             let picture = write_panels_png(&Panels {
                 title: format!("{scene}: {}", kind.title.to_lowercase()),
                 subtitle: "One scale for all".to_owned(),

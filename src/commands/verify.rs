@@ -30,7 +30,11 @@ fn verify_claims(args: &ClaimsArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let claims = embedded.parse()?;
     start_threads(args.run.threads)?;
     if let Some(folder) = args.scenes.as_deref().filter(|folder| !folder.is_dir()) {
-        bail!("--scenes {}: not a folder; give the folder that holds {}", folder.display(), wanted_files(&claims));
+        bail!(
+            "--scenes {}: not a folder; give the folder that holds {}",
+            folder.display(),
+            wanted_files(&claims)
+        );
     }
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
     let conditions = Conditions {

@@ -88,7 +88,8 @@ fn every_change(header: &TraceHeader) -> anyhow::Result<Vec<Variation>> {
         Axis::Layout => value != gpumodel::PrimitiveLayout::default().name(),
         Axis::PrimitiveOrder => value != own_order,
         Axis::NodeRecords => {
-            value == gpumodel::NodeRecords::Padded.name() || (pairs && value == gpumodel::NodeRecords::ChildBoxes.name())
+            value == gpumodel::NodeRecords::Padded.name()
+                || (pairs && value == gpumodel::NodeRecords::ChildBoxes.name())
         }
         Axis::NodeOrder => value != gpumodel::NodeOrder::default().name(),
         Axis::Technique => {

@@ -47,8 +47,11 @@ pub(crate) fn all(claims: &ClaimSet, conditions: &Conditions<'_>, meter: &Meter)
     };
     let needs = claims.needs();
     for role in &claims.scenes {
-        let of_scene: Needs =
-            needs.iter().filter(|(setup, _)| setup.scene == role.name).map(|(s, m)| (s.clone(), m.clone())).collect();
+        let of_scene: Needs = needs
+            .iter()
+            .filter(|(setup, _)| setup.scene == role.name)
+            .map(|(s, m)| (s.clone(), m.clone()))
+            .collect();
         if of_scene.is_empty() {
             continue;
         }
@@ -128,7 +131,12 @@ fn measure_trace(
     let stack = audits.restarts_above_push_down.then(|| Frame::build(scene, &stack_settings)).transpose()?;
     let stack = stack.as_ref().map(|stack| stack.tracer(None));
     let machines: Vec<Machine> = replays.iter().map(|(_, machine)| machine.clone()).collect();
-    let source = Audited { tracer: frame.tracer_for(&machines), stack, audits, found: [AtomicU64::new(0), AtomicU64::new(0)] };
+    let source = Audited {
+        tracer: frame.tracer_for(&machines),
+        stack,
+        audits,
+        found: [AtomicU64::new(0), AtomicU64::new(0)],
+    };
 
     if replays.is_empty() {
         let mut tile = Tile::default();

@@ -15,7 +15,9 @@ const NORMALS_PER_EDGE: u32 = 64;
 pub(super) fn of_replay(metric: &str, answer: &Answer, gpu: &Gpu) -> Option<Result<f64, String>> {
     let counters = &answer.replayed.counters;
     let issue = counters.total().issue;
-    let IssueCounters { rays, node_steps, up_steps, node_fetches, node_alu, primitive_alu, alu_active, .. } = issue;
+    let IssueCounters {
+        rays, node_steps, up_steps, node_fetches, node_alu, primitive_alu, alu_active, ..
+    } = issue;
     let per = |amount: u64, of: u64, what: &str| {
         if of > 0 { Ok(amount as f64 / of as f64) } else { Err(format!("there are no {what}")) }
     };
@@ -94,7 +96,8 @@ pub(super) fn cpu_mrays_per_second(frame: &Frame<'_>, [width, height]: [u32; 2])
             let hit = frame.structure.trace(&ray, Query::Closest, &mut Silent);
             rays += 1;
             for &light in lights.iter().filter(|_| hit.is_hit()) {
-                let shadow = shadow_ray(&triangles[hit.primitive as usize], hit.u, hit.v, ray.direction, light);
+                let shadow =
+                    shadow_ray(&triangles[hit.primitive as usize], hit.u, hit.v, ray.direction, light);
                 std::hint::black_box(frame.structure.trace(&shadow, Query::Any, &mut Silent));
                 rays += 1;
             }
@@ -124,7 +127,8 @@ pub(super) fn audit(
     set: &RaySet,
     stack: Option<&RaySet>,
 ) -> [u64; 2] {
-    let twice = if audits.leaves_tested_twice { tracer::audit::leaves_tested_twice(topology, set) } else { 0 };
+    let twice =
+        if audits.leaves_tested_twice { tracer::audit::leaves_tested_twice(topology, set) } else { 0 };
     let above = match stack {
         Some(stack) => tracer::audit::restarts_above_push_down(topology, stack, set),
         None => 0,

@@ -70,9 +70,9 @@ fn base<'a>(scene: &'a str, traversal: &'a str) -> Place<'a> {
 /// Setups whose heat maps the figures show.
 pub(crate) fn is_mapped(setup: &Setup) -> bool {
     let costs = [CHOSEN, COSTS[0], COSTS[3]];
-    TRAVERSALS.iter().any(|(traversal, _)| {
-        costs.iter().any(|&costs| Place { costs, ..base(MAPPED, traversal) }.is(setup))
-    })
+    TRAVERSALS
+        .iter()
+        .any(|(traversal, _)| costs.iter().any(|&costs| Place { costs, ..base(MAPPED, traversal) }.is(setup)))
 }
 
 /// A scene's title, and what it was traced on where that is another.
@@ -90,8 +90,22 @@ pub(crate) fn charts(claims: &ClaimSet, measured: &Measured) -> Vec<(String, Bar
     let mut charts = Vec::new();
     for (figure, stem, id, what, label, unit) in [
         (5, "fps-by-traversal", "fps", "Frames per second", "frames per second (1/s)", 1.0),
-        (6, "node-fetches-by-traversal", "node_fetches_per_pixel", "Node fetches per pixel", "node fetches per pixel", 1.0),
-        (7, "memory-read-by-traversal", "sp_memory_read_bytes_per_second", "SP Memory Read", "SP memory read (GB/s)", 1e-9),
+        (
+            6,
+            "node-fetches-by-traversal",
+            "node_fetches_per_pixel",
+            "Node fetches per pixel",
+            "node fetches per pixel",
+            1.0,
+        ),
+        (
+            7,
+            "memory-read-by-traversal",
+            "sp_memory_read_bytes_per_second",
+            "SP Memory Read",
+            "SP memory read (GB/s)",
+            1e-9,
+        ),
         (8, "alu-by-traversal", "alu_per_fragment", "ALU per fragment", "ALU operations per fragment", 1.0),
     ] {
         let series = TRAVERSALS.map(|(traversal, name)| Series {
@@ -161,7 +175,12 @@ fn charts_of_scene(role: &SceneRole, measured: &Measured) -> Vec<(String, BarCha
     let mut charts = vec![
         (
             format!("fps-by-layout-{}", role.name),
-            chart(format!("{scene}: frames per second by primitive layout"), subtitle(9, "fragment shader, Ct 3 Ci 1.5"), fps, layouts("fps", 1.0)),
+            chart(
+                format!("{scene}: frames per second by primitive layout"),
+                subtitle(9, "fragment shader, Ct 3 Ci 1.5"),
+                fps,
+                layouts("fps", 1.0),
+            ),
         ),
         (
             format!("memory-read-by-layout-{}", role.name),
@@ -174,11 +193,21 @@ fn charts_of_scene(role: &SceneRole, measured: &Measured) -> Vec<(String, BarCha
         ),
         (
             format!("fps-by-costs-{}", role.name),
-            chart(format!("{scene}: frames per second by SAH costs"), subtitle(12, "fragment shader, padded layout"), fps, costs.into()),
+            chart(
+                format!("{scene}: frames per second by SAH costs"),
+                subtitle(12, "fragment shader, padded layout"),
+                fps,
+                costs.into(),
+            ),
         ),
         (
             format!("fps-by-technique-{}", role.name),
-            chart(format!("{scene}: frames per second by rendering technique"), subtitle(14, "padded layout, Ct 3 Ci 1.5"), fps, techniques.into()),
+            chart(
+                format!("{scene}: frames per second by rendering technique"),
+                subtitle(14, "padded layout, Ct 3 Ci 1.5"),
+                fps,
+                techniques.into(),
+            ),
         ),
     ];
     charts.retain(|(_, chart)| chart.series.iter().flat_map(|series| &series.values).any(Option::is_some));
@@ -191,13 +220,17 @@ pub(crate) fn heat_maps(claims: &ClaimSet, measured: &Measured) -> anyhow::Resul
     let Some(role) = claims.scenes.iter().find(|role| role.name == MAPPED) else { return Ok(pictures) };
     let scene = title(role, measured);
     for kind in &MAPS {
-        let rows: [(&str, u32, &[[&str; 2]]); 2] = [("traversals", 6, &[CHOSEN]), ("costs", 13, &[COSTS[3], COSTS[0]])];
+        let rows: [(&str, u32, &[[&str; 2]]); 2] =
+            [("traversals", 6, &[CHOSEN]), ("costs", 13, &[COSTS[3], COSTS[0]])];
         for (stem, figure, costs) in rows {
             let places: Vec<(String, Place<'_>)> = costs
                 .iter()
                 .flat_map(|&costs| {
                     TRAVERSALS.iter().map(move |&(traversal, name)| {
-                        (format!("{name}, Ct {} Ci {}", costs[0], costs[1]), Place { costs, ..base(MAPPED, traversal) })
+                        (
+                            format!("{name}, Ct {} Ci {}", costs[0], costs[1]),
+                            Place { costs, ..base(MAPPED, traversal) },
+                        )
                     })
                 })
                 .collect();
@@ -231,7 +264,9 @@ fn panels(
     }
     let picture = write_panels_png(&Panels {
         title: format!("{scene}: {}", kind.title.to_lowercase()),
-        subtitle: format!("Adreno 540 model, fragment shader, padded layout; counterpart of figure {figure} of Sousa et al. 2019"),
+        subtitle: format!(
+            "Adreno 540 model, fragment shader, padded layout; counterpart of figure {figure} of Sousa et al. 2019"
+        ),
         unit: kind.unit.to_owned(),
         width,
         panels,

@@ -74,7 +74,10 @@ impl Use {
         }
         let gpu = axis(setup, "gpu");
         let Some((_, figures)) = MACHINES.iter().find(|(name, _)| *name == gpu) else {
-            bail!("a claim names the machine '{gpu}', which is not known; expected one of: {}", MACHINES.map(|(name, _)| name).join(", "));
+            bail!(
+                "a claim names the machine '{gpu}', which is not known; expected one of: {}",
+                MACHINES.map(|(name, _)| name).join(", ")
+            );
         };
         Ok(Self::Replay(Box::new(MachineArgs {
             set: figures.iter().map(|&figure| figure.to_owned()).collect(),

@@ -47,7 +47,8 @@ fn main() {
         .expect("the structure builds");
     let identity = SceneIdentity { name: scene.name.clone(), hash: 0 };
     let rays = Rays::View { view, width: EDGE, height: EDGE };
-    let tracer = FrameTracer::new(&structure, &options, &triangles, identity, rays, vec![light]);
+    let tracer =
+        FrameTracer::new(&structure, &options, &triangles, identity, rays, vec![light]).with_raster();
     let mut traced = Tile::default();
     let frame_s = median(rounds, || {
         for index in 0..tracer.header().frame.tiles() {

@@ -334,7 +334,9 @@ impl AccelerationStructure {
     /// Inner nodes whose split costs more than a leaf would, see [`audit::splits_costlier_than_leaf`].
     pub fn splits_costlier_than_leaf(&self, traversal_cost: f64, intersection_cost: f64) -> u64 {
         let areas = match &self.tree {
-            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.nodes().map(|node| node.bounds.half_area()).collect(),
+            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => {
+                bvh.nodes().map(|node| node.bounds.half_area()).collect()
+            }
             Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.half_areas(),
             Tree::Grid(_) => return 0,
         };

@@ -12,5 +12,5 @@ pub use gpu::{
     Registers, ShaderCores, Tiler,
 };
 pub use sourced::{Provenance, Tag};
-pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};
 pub(crate) use technique::VECTOR_BYTES;
+pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};

@@ -136,7 +136,12 @@ impl Technique {
         let identity = raw.technique.get_ref();
         file.said("technique.source", &identity.source)?;
         if identity.name.get_ref().is_empty() {
-            return Err(file.refuse("technique.name", &identity.name.span(), "is empty", "name the technique"));
+            return Err(file.refuse(
+                "technique.name",
+                &identity.name.span(),
+                "is empty",
+                "name the technique",
+            ));
         }
         let raster = raw.raster.as_ref().map(|raster| read_raster(&file, raster.get_ref())).transpose()?;
         let trace_span = raw.trace.span();
@@ -146,7 +151,10 @@ impl Technique {
             let (problem, remedy) = if primary {
                 ("is true, and [raster] finds the same hits", "leave out [raster], or set it to false")
             } else {
-                ("is false, and nothing else finds the hits that shadow rays start from", "add [raster], or set it to true")
+                (
+                    "is false, and nothing else finds the hits that shadow rays start from",
+                    "add [raster], or set it to true",
+                )
             };
             return Err(file.refuse("trace.primary", &trace.primary.span(), problem, remedy));
         }

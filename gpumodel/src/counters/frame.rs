@@ -148,7 +148,9 @@ impl TrafficCounters {
     pub fn total(&self) -> BufferTraffic {
         let Self { node, primitive, index, normal, stack, vertex, image } = *self;
         let mut total = BufferTraffic::default();
-        [node, primitive, index, normal, stack, vertex, image].into_iter().for_each(|traffic| total += traffic);
+        [node, primitive, index, normal, stack, vertex, image]
+            .into_iter()
+            .for_each(|traffic| total += traffic);
         total
     }
 

@@ -38,7 +38,14 @@ const ENERGY: &str = "Energy";
 
 /// All counters, in the order of reports.
 pub const COUNTERS: &[CounterInfo] = &[
-    row("frame_time_ms", "Frame Time", GENERAL, "ms", "sum over the phases of the frame of the largest bound of each", ""),
+    row(
+        "frame_time_ms",
+        "Frame Time",
+        GENERAL,
+        "ms",
+        "sum over the phases of the frame of the largest bound of each",
+        "",
+    ),
     row("fps", "Frames / Second", GENERAL, "1/s", "1 / frame time", "second"),
     row("rays", "Rays", RAYS, "rays", "rays traced, primary and shadow", ""),
     row("mrays_per_second", "Mrays / Second", RAYS, "Mrays/s", "rays / frame time / 10^6", "second"),

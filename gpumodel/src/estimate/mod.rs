@@ -86,8 +86,8 @@ pub fn estimate(
 ) -> Estimate {
     let counters = &replayed.counters;
     let in_use = config.technique.passes();
-    let mut demands = Pass::ALL
-        .map(|pass| Demand::of(pass, counters.pass(pass), replayed.resident_warps, &config.gpu));
+    let mut demands =
+        Pass::ALL.map(|pass| Demand::of(pass, counters.pass(pass), replayed.resident_warps, &config.gpu));
     demands[Pass::Output as usize].add_flush(&counters.flush, &config.gpu);
     let mut seconds = [0.0; Pass::COUNT];
     let mut deciding = [NO_BOUND; Pass::COUNT];
@@ -97,7 +97,8 @@ pub fn estimate(
         let Some((place, bound)) = largest(&Demand::total(&of_phase)) else { continue };
         for &pass in phase {
             deciding[pass as usize] = bound.name;
-            seconds[pass as usize] = demands[pass as usize].bounds().get(place).map_or(0.0, |bound| bound.seconds);
+            seconds[pass as usize] =
+                demands[pass as usize].bounds().get(place).map_or(0.0, |bound| bound.seconds);
         }
         if bound.seconds > longest.0 {
             longest = (bound.seconds, bound.name);
@@ -131,9 +132,8 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
     let paths = &config.gpu.paths;
     let of = |name, bytes: u64, traffic: BufferTraffic, path: &[usize]| {
         let ends = path.first().zip(path.last());
-        let (line_accesses, line_misses) = ends.map_or((0, 0), |(&first, &last)| {
-            (traffic.levels[first].accesses, traffic.levels[last].misses)
-        });
+        let (line_accesses, line_misses) = ends
+            .map_or((0, 0), |(&first, &last)| (traffic.levels[first].accesses, traffic.levels[last].misses));
         let BufferTraffic { dram_read_bytes, dram_write_bytes, .. } = traffic;
         BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
     };
@@ -256,7 +256,10 @@ fn left_out(config: &ReplayConfig) -> Vec<LeftOut> {
         ("instruction cache, command processing, display", "no figures are known for them"),
     ];
     if config.technique.raster.is_some() {
-        entries.push(("low-resolution depth of the binning pass", "hidden triangles could be dropped earlier than by the early depth test"));
+        entries.push((
+            "low-resolution depth of the binning pass",
+            "hidden triangles could be dropped earlier than by the early depth test",
+        ));
     }
     entries.into_iter().map(|(what, why)| LeftOut { what: what.to_owned(), why: why.to_owned() }).collect()
 }

@@ -118,7 +118,8 @@ impl PassValues<'_> {
 
     /// Bytes from memory for the loads of shaders, textures apart.
     fn shader_reads(&self) -> u64 {
-        let TrafficCounters { node, primitive, index, normal, stack, vertex: _, image: _ } = self.pass.traffic;
+        let TrafficCounters { node, primitive, index, normal, stack, vertex: _, image: _ } =
+            self.pass.traffic;
         [node, primitive, index, normal, stack].iter().map(|traffic| traffic.dram_read_bytes).sum()
     }
 

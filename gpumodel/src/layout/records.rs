@@ -46,7 +46,9 @@ impl NodeRecords {
         match self {
             Self::Packed => Ok((layout.bytes, layout.bytes)),
             Self::Padded => Ok((layout.bytes, layout.bytes.next_power_of_two())),
-            Self::ChildBoxes if header.node_fetch == NodeFetch::Pair => Ok((CHILD_BOXES_BYTES, CHILD_BOXES_BYTES)),
+            Self::ChildBoxes if header.node_fetch == NodeFetch::Pair => {
+                Ok((CHILD_BOXES_BYTES, CHILD_BOXES_BYTES))
+            }
             Self::ChildBoxes => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!(
@@ -54,7 +56,8 @@ impl NodeRecords {
                     header.accel.name(),
                     header.traversal
                 ),
-                remedy: "use packed or padded node records, or a trace of bvh stack or restart-trail".to_owned(),
+                remedy: "use packed or padded node records, or a trace of bvh stack or restart-trail"
+                    .to_owned(),
             }),
         }
     }

@@ -190,7 +190,8 @@ impl Program {
         let alu = |cost: Cost, lanes: u64| u64::from(cost.alu) * lanes;
         issue.node_steps += node_lanes;
         issue.up_steps += up_lanes;
-        issue.node_alu += alu(self.step_costs[Op::Node as usize], node_lanes) + alu(self.record_cost, records.1);
+        issue.node_alu +=
+            alu(self.step_costs[Op::Node as usize], node_lanes) + alu(self.record_cost, records.1);
         issue.primitive_alu += alu(self.step_costs[Op::Primitive as usize], of(Op::Primitive).1);
         issue.node_fetches += record_lanes;
         issue.primitive_tests += of(Op::Primitive).1;
@@ -259,7 +260,8 @@ impl Emitter {
             if kind == RayKind::Primary && warp.shaded_lanes > 0 {
                 let (buffers, mut records) = (&program.buffers, [0; 64]);
                 let triangles = &warp.shaded;
-                let records = locate(triangles, &mut records, "triangle", |triangle| buffers.shading(triangle))?;
+                let records =
+                    locate(triangles, &mut records, "triangle", |triangle| buffers.shading(triangle))?;
                 let mut output = self.part(program, Pass::Output);
                 output.read_records(BufferKind::Normal, buffers.shading_reads, records, warp.shaded_lanes);
                 output.end_turn(true);
