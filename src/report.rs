@@ -200,6 +200,12 @@ pub(crate) const MAPS: [MapKind; 3] = [
     },
 ];
 
+/// A title as it reads within a sentence: its first letter small.
+pub(crate) fn in_sentence(title: &str) -> String {
+    let mut letters = title.chars();
+    letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
+}
+
 /// The heat maps as pictures, in the order of [`MAPS`]; none for a list of rays.
 fn pictures(Answer { report, replayed }: &Answer) -> anyhow::Result<Vec<Vec<u8>>> {
     let Inputs { scene, accel, traversal, technique, width: Some(width), height: Some(height), .. } =

@@ -7,7 +7,7 @@ use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
 use crate::output::OutputFolder;
-use crate::report::{self, Answer, Before, HEAT_MAP_PERCENTILE, MAPS};
+use crate::report::{self, Answer, Before, HEAT_MAP_PERCENTILE, MAPS, in_sentence};
 use crate::settings::{FrameSettings, start_threads};
 use crate::vary::{Axis, Point, Variation, meaningless};
 use anyhow::bail;
@@ -217,7 +217,7 @@ fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
             let labelled: Vec<_> =
                 of_scene.iter().map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps))).collect();
             let picture = write_panels_png(&Panels {
-                title: format!("{scene}: {}", kind.title.to_lowercase()),
+                title: format!("{scene}: {}", in_sentence(kind.title)),
                 subtitle: "One scale for all".to_owned(),
                 unit: kind.unit.to_owned(),
                 width: labelled[0].1.width,

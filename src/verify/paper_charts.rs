@@ -1,7 +1,7 @@
 //! The counterparts of the figures and the table of Sousa et al. 2019, from the measurements of their claims.
 
 use super::measure::Measured;
-use crate::report::{Answer, HEAT_MAP_PERCENTILE, MAPS, MapKind};
+use crate::report::{Answer, HEAT_MAP_PERCENTILE, MAPS, MapKind, in_sentence};
 use reports::chart::{BarChart, Scale, Series};
 use reports::claims::{ClaimSet, SceneRole, Setup};
 use reports::heat_map::{Panel, Panels, write_panels_png};
@@ -187,8 +187,8 @@ fn charts_of_scene(role: &SceneRole, measured: &Measured) -> Vec<(String, BarCha
             chart(
                 format!("{scene}: SP memory read by primitive layout"),
                 subtitle(if role.name == "cornell" { 10 } else { 11 }, "fragment shader, Ct 3 Ci 1.5"),
-                "SP memory read (GB/s)",
-                layouts("sp_memory_read_bytes_per_second", 1e-9),
+                "SP memory read (MB/s)",
+                layouts("sp_memory_read_bytes_per_second", 1e-6),
             ),
         ),
         (
@@ -263,7 +263,7 @@ fn panels(
         return Ok(None);
     }
     let picture = write_panels_png(&Panels {
-        title: format!("{scene}: {}", kind.title.to_lowercase()),
+        title: format!("{scene}: {}", in_sentence(kind.title)),
         subtitle: format!(
             "Adreno 540 model, fragment shader, padded layout; counterpart of figure {figure} of Sousa et al. 2019"
         ),

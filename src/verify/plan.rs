@@ -24,11 +24,12 @@ pub(super) enum Use {
 }
 
 /// Figures of the Adreno 540 that a reading changes: the name of the machine in claim files, and the figure.
-const MACHINES: [(&str, &[&str]); 4] = [
+const MACHINES: [(&str, &[&str]); 5] = [
     ("adreno-540", &[]),
     ("ssbo-through-l1", &["paths.ssbo=[\"tp_l1\", \"uche\"]"]),
     ("alu-32-per-core", &["shader_cores.alu_lanes=32"]),
     ("alu-96-per-core", &["shader_cores.alu_lanes=96"]),
+    ("load-store-64", &["load_store.bytes_per_clock=64"]),
 ];
 
 fn axis<'a>(setup: &'a Setup, name: &str) -> &'a str {
