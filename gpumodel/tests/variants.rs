@@ -172,7 +172,7 @@ fn attachments_in_memory_are_written_and_read_once_per_pixel() {
     assert_eq!(tile.pass(Pass::Output).traffic.image, gpumodel::BufferTraffic::default());
     let read = memory.pass(Pass::Output).traffic.image.dram_read_bytes;
     // Lines at the edge of the image hold pixels outside it.
-    assert!(read >= PIXELS * 8 && read <= PIXELS * 8 * 2, "{read}");
+    assert!((PIXELS * 8..=PIXELS * 8 * 2).contains(&read), "{read}");
 }
 
 #[test]

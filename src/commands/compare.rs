@@ -12,6 +12,7 @@ use crate::settings::{FrameSettings, start_threads};
 use crate::vary::{Axis, Point, Variation, meaningless};
 use anyhow::bail;
 use gpumodel::{HeatMaps, Maps};
+use reports::Inputs;
 use reports::chart::MatrixChart;
 use reports::comparison::{self, Comparison, Variant};
 use reports::heat_map::{Panel, Panels, write_panels_png};
@@ -57,8 +58,10 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
                     scene_value.into_iter().chain(points[index].values.clone()).collect();
                 // The machine changes few maps: one for each trace is enough.
                 if let Some(of_trace) = replayed.maps.filter(|_| place == 0) {
+                    let Inputs { scene, gpu, technique, layout, .. } = &report.inputs;
                     maps.push(Mapped {
-                        scene: report.inputs.scene.clone(),
+                        scene: scene.clone(),
+                        conditions: format!("{gpu}, {technique}, {layout} triangles; one scale for all"),
                         values: values.clone(),
                         maps: of_trace,
                     });
@@ -122,6 +125,8 @@ fn by_trace(points: &[Point]) -> anyhow::Result<Vec<Group>> {
 /// Heat maps of one trace.
 struct Mapped {
     scene: String,
+    /// What all traces of a scene have in common.
+    conditions: String,
     values: Vec<String>,
     maps: HeatMaps,
 }
@@ -218,7 +223,7 @@ fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
                 of_scene.iter().map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps))).collect();
             let picture = write_panels_png(&Panels {
                 title: format!("{scene}: {}", in_sentence(kind.title)),
-                subtitle: "One scale for all".to_owned(),
+                subtitle: of_scene[0].conditions.clone(),
                 unit: kind.unit.to_owned(),
                 width: labelled[0].1.width,
                 panels: labelled

@@ -179,7 +179,8 @@ impl<'a> Keys<'a> {
     }
 
     fn bound(&mut self) -> Result<Bound, Problem> {
-        const BOUNDS: [(&str, fn(f64) -> Bound); 3] =
+        type MakeBound = fn(f64) -> Bound;
+        const BOUNDS: [(&str, MakeBound); 3] =
             [("equals", Bound::Equals), ("at_least", Bound::AtLeast), ("at_most", Bound::AtMost)];
         let mut found = BOUNDS.into_iter().filter(|(key, _)| self.left.contains_key(key));
         let (Some((key, make)), None) = (found.next(), found.next()) else {
