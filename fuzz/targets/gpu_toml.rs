@@ -4,4 +4,5 @@
 libfuzzer_sys::fuzz_target!(|text: &str| {
     drop(gpumodel::Gpu::parse(text, "fuzz.toml"));
     drop(gpumodel::ShaderCosts::parse(text, "fuzz.toml"));
+    drop(gpumodel::Technique::parse(text, "fuzz.toml"));
 });
