@@ -49,8 +49,8 @@ struct Route {
     by_core: bool,
     /// Runs of at most this many lines, repeated at once, hit every time after the first and change nothing.
     repeatable_lines: usize,
-    /// First line and lines per resident warp of a private buffer.
-    private: Option<(u32, u32)>,
+    /// First line, and lines per resident warp, of a private buffer; 0 for others.
+    private: (u32, u32),
 }
 
 /// A resident warp: its words yet to issue.
@@ -63,8 +63,7 @@ struct Warp {
 
 /// The cores, their warps, and the caches that they share.
 pub(crate) struct Interleaver {
-    hierarchy: Hierarchy,
-    routes: [Option<Route>; Run::KEYS],
+    caches: Caches,
     /// Slots of core `c` are at `c * slots ..`.
     resident: Vec<Option<Warp>>,
     cores: usize,
@@ -74,18 +73,28 @@ pub(crate) struct Interleaver {
     /// Per core, warps in its slots.
     occupied: Vec<usize>,
     waiting: VecDeque<Warp>,
-    pending: Vec<LineId>,
-    pending_key: usize,
-    pending_core: u32,
-    /// By key.
-    traffic: Vec<BufferTraffic>,
     schedule: ScheduleCounters,
     /// Lines that each warp read from memory, by its number; empty where no maps are kept.
     misses: Vec<u32>,
-    /// Lines read from memory since the last turn ended.
-    missed: u64,
     maps: Maps,
     next_number: u32,
+}
+
+/// The caches, and lines gathered for them.
+struct Caches {
+    hierarchy: Hierarchy,
+    routes: [Option<Route>; Run::KEYS],
+    /// The first `gathered` of [`PENDING_LINES`] are of one key and one core.
+    pending: Vec<LineId>,
+    gathered: usize,
+    pending_key: usize,
+    pending_core: u32,
+    /// Accesses of the pending key that hit without being simulated.
+    spared: u64,
+    /// By key.
+    traffic: Vec<BufferTraffic>,
+    /// Lines read from memory since the last turn ended.
+    missed: u64,
 }
 
 /// Lines that are gathered, at most, before the caches see them.
@@ -121,31 +130,34 @@ impl Interleaver {
             let first = &gpu.levels().as_slice()[levels[0]];
             // Other policies may evict one line of the run for another, or rank a line anew when it hits.
             let repeatable = first.policy == Policy::Lru && !write;
-            let private = (kind == BufferKind::Stack).then_some(stacks);
             Some(Route {
                 path,
                 write,
                 by_core: levels.iter().any(|&level| gpu.caches[level].copies > 1),
                 repeatable_lines: if repeatable { first.way_count() as usize } else { 0 },
-                private,
+                private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
             })
         };
         Self {
-            routes: std::array::from_fn(route),
-            hierarchy,
+            caches: Caches {
+                routes: std::array::from_fn(route),
+                hierarchy,
+                pending: vec![LineId::new(0); PENDING_LINES],
+                gathered: 0,
+                pending_key: 0,
+                pending_core: 0,
+                spared: 0,
+                traffic: vec![BufferTraffic::default(); Run::KEYS],
+                missed: 0,
+            },
             resident: (0..cores * slots).map(|_| None).collect(),
             cores,
             slots,
             turn: vec![0; cores],
             occupied: vec![0; cores],
             waiting: VecDeque::new(),
-            pending: Vec::with_capacity(PENDING_LINES),
-            pending_key: 0,
-            pending_core: 0,
-            traffic: vec![BufferTraffic::default(); Run::KEYS],
             schedule: ScheduleCounters::default(),
             misses: Vec::new(),
-            missed: 0,
             maps,
             next_number: 0,
         }
@@ -192,20 +204,20 @@ impl Interleaver {
         while self.occupied.iter().any(|&warps| warps > 0) {
             self.tick();
         }
-        self.flush_pending();
+        self.caches.flush_pending();
     }
 
     /// Runs to the end of the last warp, then writes dirty lines back.
     pub(crate) fn finish(mut self) -> ([TrafficCounters; Pass::COUNT], BufferTraffic, ScheduleCounters) {
         self.drain();
         let mut passes = [TrafficCounters::default(); Pass::COUNT];
-        for (key, traffic) in self.traffic.iter().enumerate() {
+        for (key, traffic) in self.caches.traffic.iter().enumerate() {
             if let Some((pass, kind, _)) = Run::of_key(key) {
                 *passes[pass as usize].of_mut(kind) += *traffic;
             }
         }
         // The positions of a flush are level indices.
-        let Served { levels, memory } = self.hierarchy.flush();
+        let Served { levels, memory } = self.caches.hierarchy.flush();
         let flush = BufferTraffic {
             levels,
             dram_read_bytes: memory.read_bytes,
@@ -247,79 +259,86 @@ impl Interleaver {
             slot = if slot + 1 == self.slots { 0 } else { slot + 1 };
         }
         self.turn[core] = if slot + 1 == self.slots { 0 } else { slot + 1 };
-        let Some(mut warp) = self.resident[first + slot].take() else {
+        let place = &mut self.resident[first + slot];
+        let Some(warp) = place else {
             return;
         };
+        let words = &warp.stream.words[..warp.end];
+        let mut next = warp.next;
         loop {
-            let run = Run::from_word(warp.stream.words[warp.next]);
-            let lines = warp.next + 1..warp.next + 1 + run.lines();
-            warp.next = lines.end;
-            self.access(core as u32, (first + slot) as u32, run, &warp.stream.words[lines]);
-            if run.is_last() || warp.next >= warp.end {
+            let run = Run::from_word(words[next]);
+            let lines = next + 1..next + 1 + run.lines();
+            next = lines.end;
+            self.caches.access(core as u32, (first + slot) as u32, run, &words[lines]);
+            if run.is_last() || next >= words.len() {
                 break;
             }
         }
+        warp.next = next;
         if self.maps == Maps::Kept {
-            self.flush_pending();
-            self.misses[warp.number as usize] += std::mem::take(&mut self.missed) as u32;
+            self.caches.flush_pending();
+            self.misses[warp.number as usize] += std::mem::take(&mut self.caches.missed) as u32;
         }
-        if warp.next < warp.end {
-            self.resident[first + slot] = Some(warp);
-        } else {
-            let next = self.waiting.pop_front();
-            self.occupied[core] -= usize::from(next.is_none());
-            self.resident[first + slot] = next;
+        if next >= warp.end {
+            *place = self.waiting.pop_front();
+            self.occupied[core] -= usize::from(place.is_none());
         }
     }
+}
 
-    #[inline]
+impl Caches {
+    #[inline(always)]
     fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(route) = self.routes[key] else {
+        let Some(Route { by_core, repeatable_lines, private: (base, stride), .. }) = self.routes[key] else {
             return;
         };
-        let core = if route.by_core { core } else { 0 };
-        let full = self.pending.len() + lines.len() > PENDING_LINES;
-        if key != self.pending_key || core != self.pending_core || full {
+        let core = if by_core { core } else { 0 };
+        let repeats = if lines.len() <= repeatable_lines { 1 } else { run.repeats() as usize };
+        if key != self.pending_key || core != self.pending_core {
             self.flush_pending();
             self.pending_key = key;
             self.pending_core = core;
         }
-        let base = route.private.map_or(0, |(base, stride)| base + resident * stride);
-        let repeats = run.repeats();
-        let sent = if lines.len() <= route.repeatable_lines {
-            let spared = u64::from(repeats - 1) * lines.len() as u64;
-            let entry = self.hierarchy.path(route.path)[0];
-            self.traffic[key].levels[entry].accesses += spared;
-            1
-        } else {
-            repeats
-        };
-        for _ in 0..sent {
-            self.pending.extend(lines.iter().map(|&line| LineId::new(u64::from(base + line))));
+        let base = base + resident * stride;
+        self.spared += (run.repeats() as usize - repeats) as u64 * lines.len() as u64;
+        for _ in 0..repeats {
+            if self.gathered + lines.len() > PENDING_LINES {
+                self.flush_pending();
+            }
+            let places = &mut self.pending[self.gathered..self.gathered + lines.len()];
+            for (place, &line) in places.iter_mut().zip(lines) {
+                *place = LineId::new(u64::from(base + line));
+            }
+            self.gathered += lines.len();
         }
     }
 
     /// Lets the caches see what has been gathered.
     fn flush_pending(&mut self) {
-        let Some(route) = self.routes[self.pending_key].filter(|_| !self.pending.is_empty()) else {
+        let Some(route) = &self.routes[self.pending_key] else {
             return;
         };
-        let unit = self.pending_core;
-        let Served { levels, memory } = if route.write {
-            self.hierarchy.write(route.path, unit, &self.pending)
+        if self.gathered == 0 {
+            return;
+        }
+        let (lines, unit) = (&self.pending[..self.gathered], self.pending_core);
+        let served = if route.write {
+            self.hierarchy.write(route.path, unit, lines)
         } else {
-            self.hierarchy.read(route.path, unit, &self.pending)
+            self.hierarchy.read(route.path, unit, lines)
         };
         let traffic = &mut self.traffic[self.pending_key];
-        for (&level, served) in self.hierarchy.path(route.path).iter().zip(levels) {
+        let path = self.hierarchy.path(route.path);
+        traffic.levels[path[0]].accesses += std::mem::take(&mut self.spared);
+        for (&level, served) in path.iter().zip(&served.levels) {
             traffic.levels[level].accesses += served.accesses;
             traffic.levels[level].misses += served.misses;
         }
-        traffic.dram_read_bytes += memory.read_bytes;
-        traffic.dram_write_bytes += memory.write_bytes;
-        self.missed += memory.reads;
-        self.pending.clear();
+        traffic.dram_read_bytes += served.memory.read_bytes;
+        traffic.dram_write_bytes += served.memory.write_bytes;
+        self.missed += served.memory.reads;
+        self.gathered = 0;
     }
 }
 

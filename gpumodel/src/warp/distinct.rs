@@ -3,6 +3,9 @@
 /// Slots of the table: so many more than lanes of the widest warp that two keys rarely want the same one.
 const SLOTS: usize = 1024;
 
+/// So many keys are compared with each other sooner than looked up.
+const FEW: usize = 5;
+
 /// Tells keys that a load has named before from new ones.
 pub(crate) struct Distinct {
     /// Open addressing: epoch in the upper half, key in the lower; an older epoch is an empty slot.
@@ -17,13 +20,21 @@ impl Distinct {
 
     /// Writes the distinct ones of at most 64 `keys` to `out`, in order of first appearance; returns how many.
     #[inline(always)]
-    pub(crate) fn filter(&mut self, keys: impl Iterator<Item = u32>, out: &mut [u32; 64]) -> usize {
+    pub(crate) fn filter(&mut self, keys: impl Iterator<Item = u32> + Clone, out: &mut [u32; 64]) -> usize {
+        let mut found = 0;
+        if keys.size_hint().1.is_some_and(|most| most <= FEW) {
+            for (index, key) in keys.clone().enumerate() {
+                let known = keys.clone().take(index).fold(false, |known, other| known | (other == key));
+                out[found % 64] = key;
+                found += usize::from(!known);
+            }
+            return found;
+        }
         self.epoch += 1 << 32;
         if self.epoch == 0 {
             self.table.fill(0);
             self.epoch = 1 << 32;
         }
-        let mut found = 0;
         // Whether a key is new is hard to predict: it moves `found` without a branch.
         for key in keys {
             let tagged = self.epoch | u64::from(key);

@@ -370,7 +370,7 @@ struct Part<'a> {
 impl Part<'_> {
     /// One load or store of `bytes` per lane on `lines`, or `repeats` of them on the same.
     #[inline(always)]
-    fn touch(&mut self, access: Access, lines: impl Iterator<Item = u32>, active: u32) {
+    fn touch(&mut self, access: Access, lines: impl Iterator<Item = u32> + Clone, active: u32) {
         let found = self.distinct.filter(lines, self.writer.lines());
         self.count(access, found, active);
     }
@@ -470,6 +470,7 @@ impl Part<'_> {
     fn stack(&mut self, step: WarpStep<'_>, write: bool) -> Result<(), String> {
         let entries = self.program.stack_entries;
         let buffers = &self.program.buffers;
+        let lanes_per_line = ((1 << buffers.stack_line_shift) / STACK_ENTRY_BYTES).max(1);
         let out = self.writer.lines();
         let mut found = 0;
         for group in step.records.chunks_exact(3) {
@@ -478,19 +479,17 @@ impl Part<'_> {
                 return Err(format!("a step names stack entry {entry} of {entries}"));
             }
             let mut lanes = u64::from(group[1]) | u64::from(group[2]) << 32;
-            let mut last = None;
             while lanes != 0 {
                 let lane = lanes.trailing_zeros();
-                lanes &= lanes - 1;
                 let line = buffers.stack_line(entry, lane, self.program.warp_width);
-                if last != Some(line) {
-                    // Entries are distinct; two of them share a line only where a line holds more than a warp's entry.
-                    if !out[..found].contains(&line) {
-                        out[found] = line;
-                        found += 1;
-                    }
-                    last = Some(line);
+                // Entries are distinct; two of them share a line only where a line holds more than a warp's entry.
+                if !out[..found].contains(&line) {
+                    out[found] = line;
+                    found += 1;
                 }
+                let place = entry * self.program.warp_width + lane;
+                let next_line = lane + lanes_per_line - place % lanes_per_line;
+                lanes &= u64::MAX.checked_shl(next_line).unwrap_or(0);
             }
         }
         let access = Access { kind: BufferKind::Stack, write, bytes: STACK_ENTRY_BYTES, repeats: 1 };

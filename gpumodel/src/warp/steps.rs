@@ -157,10 +157,10 @@ impl Stepper {
         }
         let hits = primary_hits.unwrap_or(&[]);
         let of_lanes = lanes().filter_map(|(_, &ray)| hits.get(ray as usize).copied());
+        let of_hits = of_lanes.filter(|&hit| hit != NO_HIT);
+        let shaded_lanes = of_hits.clone().count() as u32;
         let mut shaded = [0; 64];
-        let mut shaded_lanes = 0;
-        let found = distinct
-            .filter(of_lanes.filter(|&hit| hit != NO_HIT).inspect(|_| shaded_lanes += 1), &mut shaded);
+        let found = distinct.filter(of_hits, &mut shaded);
         warp.shaded.clear();
         warp.shaded.extend_from_slice(&shaded[..found]);
         warp.shaded_lanes = shaded_lanes;
@@ -214,7 +214,7 @@ impl Body for Recorder<'_> {
 
     #[inline(always)]
     fn step(&mut self, op: Op, lanes: &[u64], ids: &[u32]) -> Result<(), String> {
-        let active = lanes.iter().map(|lanes| lanes.count_ones()).sum();
+        let active = lanes.iter().fold(0, |all, lanes| all | lanes).count_ones();
         self.tally.warp_steps[op as usize] += 1;
         self.tally.lane_steps[op as usize] += u64::from(active);
         let header = (op as u32) << OP_SHIFT | active << LANES_SHIFT;
@@ -223,8 +223,9 @@ impl Body for Recorder<'_> {
             Op::Push | Op::Pop if self.stack_in_memory => self.stack(header, lanes, ids),
             Op::Push | Op::Pop => {}
             _ => {
-                let at_root = |(&lanes, &id): (&u64, &u32)| if id == 0 { lanes.count_ones() } else { 0 };
-                let roots = if op == Op::Node { lanes.iter().zip(ids).map(at_root).sum() } else { 0 };
+                let at_root = |all, (&lanes, &id)| if id == 0 { all | lanes } else { all };
+                let roots: u64 = if op == Op::Node { lanes.iter().zip(ids).fold(0, at_root) } else { 0 };
+                let roots = roots.count_ones();
                 self.tally.root_lanes += u64::from(roots);
                 self.tally.sibling_steps += u64::from(op == Op::Node && roots < active);
                 let at = self.words.len();

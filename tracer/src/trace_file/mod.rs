@@ -3,6 +3,7 @@
 //! `docs/trace-format.md` describes it byte for byte, so that other renderers can write one.
 
 mod codec;
+mod ray_steps;
 mod reader;
 mod writer;
 
