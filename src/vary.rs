@@ -86,7 +86,9 @@ impl Axis {
             Self::PrimitiveOrder => owned(&PrimitiveOrder::ALL.map(PrimitiveOrder::name)),
             Self::NodeRecords => owned(&NodeRecords::ALL.map(NodeRecords::name)),
             Self::NodeOrder => owned(&NodeOrder::ALL.map(NodeOrder::name)),
-            Self::Figure(key) => bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128"),
+            Self::Figure(key) => {
+                bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128")
+            }
         })
     }
 
@@ -95,9 +97,13 @@ impl Axis {
         let given = Some(value.to_owned());
         match self {
             Self::Traversal => {
-                let traversal = Traversal::ALL.into_iter().find(|&traversal| traversal_name(traversal) == value);
+                let traversal =
+                    Traversal::ALL.into_iter().find(|&traversal| traversal_name(traversal) == value);
                 let Some(traversal) = traversal else {
-                    bail!("--vary traversal={value}: no such one; use: {}", Traversal::ALL.map(traversal_name).join(", "));
+                    bail!(
+                        "--vary traversal={value}: no such one; use: {}",
+                        Traversal::ALL.map(traversal_name).join(", ")
+                    );
                 };
                 frame.accel = Some(traversal.accel().name().to_owned());
                 frame.traversal = Some(traversal.name().to_owned());
@@ -151,16 +157,31 @@ impl Variation {
         };
         let values = match values {
             None => axis.all()?,
-            Some("fine") if axis == Axis::CtCi => {
-                FINE_COSTS.iter().flat_map(|ct| FINE_COSTS.iter().map(move |ci| format!("{ct}:{ci}"))).collect()
-            }
+            Some("fine") if axis == Axis::CtCi => FINE_COSTS
+                .iter()
+                .flat_map(|ct| FINE_COSTS.iter().map(move |ci| format!("{ct}:{ci}")))
+                .collect(),
             Some(values) => values.split('+').map(str::to_owned).collect(),
         };
+        Self::distinct(axis, values, &format!("--vary {text}"))
+    }
+
+    /// Reads `KEY=VALUE+VALUE` of a figure of the GPU.
+    pub(crate) fn of_figure(text: &str) -> anyhow::Result<Self> {
+        let Some((key, values)) = text.split_once('=') else {
+            bail!("--set {text}: expected KEY=V+V, such as cache.uche.line=64+128");
+        };
+        let values = values.split('+').map(str::to_owned).collect();
+        Self::distinct(Axis::Figure(key.trim().to_owned()), values, &format!("--set {text}"))
+    }
+
+    /// An axis with values that all differ; `given` is how they stand on the command line.
+    pub(crate) fn distinct(axis: Axis, values: Vec<String>, given: &str) -> anyhow::Result<Self> {
         let mut sorted = values.clone();
         sorted.sort_unstable();
         sorted.dedup();
         if sorted.len() < values.len() || values.iter().any(String::is_empty) {
-            bail!("--vary {text}: a value is empty or given twice; give each once, joined by +");
+            bail!("{given}: a value is empty or given twice; give each once");
         }
         Ok(Self { axis, values })
     }
@@ -183,8 +204,7 @@ impl Variation {
         if count.is_none_or(|count| count > MOST_VARIANTS) {
             bail!("--vary: more than {MOST_VARIANTS} combinations; vary fewer axes, or give fewer values");
         }
-        let mut points =
-            vec![Point { values: Vec::new(), frame: frame.clone(), machine: machine.clone() }];
+        let mut points = vec![Point { values: Vec::new(), frame: frame.clone(), machine: machine.clone() }];
         for Self { axis, values } in variations {
             let mut next = Vec::with_capacity(points.len() * values.len());
             for point in &points {

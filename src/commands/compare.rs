@@ -24,16 +24,18 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
     let variations =
         args.vary.iter().map(|text| Variation::parse(text)).collect::<anyhow::Result<Vec<_>>>()?;
     let mut points = Variation::points(&variations, &args.frame, &args.machine)?;
-    points.retain(|point| match meaningless(point) {
-        Some(reason) => {
-            console::warn(&format!("left out {}: {reason}", point.values.join(" ")));
-            false
-        }
-        None => true,
-    });
-    if points.is_empty() {
-        bail!("--vary: no combination is left to compare");
+    let reasons: Vec<Option<&str>> = points.iter().map(meaningless).collect();
+    if let Some(reason) = reasons[0].filter(|_| reasons.iter().all(Option::is_some)) {
+        bail!(
+            "--vary {}: no combination is left to compare, for {reason}; choose or vary another traversal",
+            args.vary.join(",")
+        );
     }
+    for (point, reason) in points.iter().zip(&reasons).filter_map(|(point, reason)| Some((point, (*reason)?)))
+    {
+        console::warn(&format!("left out {}: {reason}", point.values.join(" ")));
+    }
+    points.retain(|point| meaningless(point).is_none());
     let groups = by_trace(&points)?;
     start_threads(args.run.threads)?;
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
@@ -52,10 +54,15 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
             for (place, (&index, answer)) in group.points.iter().zip(answers).enumerate() {
                 let Answer { report, replayed } = answer;
                 let scene_value = several_scenes.then(|| report.inputs.scene.clone());
-                let values: Vec<String> = scene_value.into_iter().chain(points[index].values.clone()).collect();
+                let values: Vec<String> =
+                    scene_value.into_iter().chain(points[index].values.clone()).collect();
                 // The machine changes few maps: one for each trace is enough.
                 if let Some(of_trace) = replayed.maps.filter(|_| place == 0) {
-                    maps.push(Mapped { scene: report.inputs.scene.clone(), values: values.clone(), maps: of_trace });
+                    maps.push(Mapped {
+                        scene: report.inputs.scene.clone(),
+                        values: values.clone(),
+                        maps: of_trace,
+                    });
                 }
                 variants.push((scene_index, index, Variant { values, report }));
             }
@@ -174,9 +181,8 @@ fn cost_matrices(comparison: &Comparison, axis: usize) -> Vec<(String, MatrixCha
     let matrix = |scene: &str| {
         let at = |ct: &str, ci: &str| {
             let value = format!("{ct}:{ci}");
-            let of_costs = |variant: &&Variant| {
-                variant.report.inputs.scene == scene && variant.values[axis] == value
-            };
+            let of_costs =
+                |variant: &&Variant| variant.report.inputs.scene == scene && variant.values[axis] == value;
             comparison.variants.iter().find(of_costs)?.report.counters.get("fps")?.value.as_f64()
         };
         MatrixChart {
@@ -209,10 +215,8 @@ fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
             continue;
         }
         for kind in &MAPS {
-            let labelled: Vec<_> = of_scene
-                .iter()
-                .map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps)))
-                .collect();
+            let labelled: Vec<_> =
+                of_scene.iter().map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps))).collect();
             let picture = write_panels_png(&Panels {
                 title: format!("{scene}: {}", kind.title.to_lowercase()),
                 subtitle: "One scale for all".to_owned(),
