@@ -36,7 +36,7 @@ fn it_says_what_it_traced_and_that_it_is_no_gpu() {
     let shadow_rays = profile["counters"]["rays"]["value"].as_u64().expect("a count") - 40 * 24;
     for part in [
         &format!("image.png: 960 primary and {shadow_rays} shadow rays through bvh stack in "),
-        " Mrays/s on 2 threads\n",
+        " Mrays/s with --threads 2\n",
         "CPU time on this machine, shading included; no GPU is modelled\n",
         ", build ",
     ] {
