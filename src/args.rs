@@ -28,6 +28,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Report what a scene's frame costs on a GPU.
     Profile(ProfileArgs),
+    /// Render a picture of a scene on this machine's CPU, and report how long that took; no GPU is modelled.
+    Render(RenderArgs),
     /// Record what every ray of a frame visits into a file.
     Trace(TraceArgs),
     /// Report what a recorded frame costs on a GPU; exactly as `profile` would, without tracing again.
@@ -85,6 +87,19 @@ impl ProfileArgs {
             run: RunArgs::default(),
         }
     }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct RenderArgs {
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml.
+    pub(crate) scene: String,
+    /// The picture to write.
+    #[arg(short, long, value_name = "IMAGE.png")]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }
 
 #[derive(Args, Debug)]

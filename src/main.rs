@@ -44,6 +44,7 @@ fn run(cli: Cli) -> anyhow::Result<Outcome> {
     match cli.command {
         None => commands::profile::run(&args::ProfileArgs::bare(), &meter),
         Some(Command::Profile(args)) => commands::profile::run(&args, &meter),
+        Some(Command::Render(args)) => commands::render::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args, &meter),
         Some(Command::Check(args)) => commands::check::run(&args, &meter),

@@ -163,11 +163,25 @@ impl Variation {
                 .collect(),
             Some(values) => values.split('+').map(str::to_owned).collect(),
         };
+        Self::distinct(axis, values, &format!("--vary {text}"))
+    }
+
+    /// Reads `KEY=VALUE+VALUE` of a figure of the GPU.
+    pub(crate) fn of_figure(text: &str) -> anyhow::Result<Self> {
+        let Some((key, values)) = text.split_once('=') else {
+            bail!("--set {text}: expected KEY=V+V, such as cache.uche.line=64+128");
+        };
+        let values = values.split('+').map(str::to_owned).collect();
+        Self::distinct(Axis::Figure(key.trim().to_owned()), values, &format!("--set {text}"))
+    }
+
+    /// An axis with values that all differ; `given` is how they stand on the command line.
+    pub(crate) fn distinct(axis: Axis, values: Vec<String>, given: &str) -> anyhow::Result<Self> {
         let mut sorted = values.clone();
         sorted.sort_unstable();
         sorted.dedup();
         if sorted.len() < values.len() || values.iter().any(String::is_empty) {
-            bail!("--vary {text}: a value is empty or given twice; give each once, joined by +");
+            bail!("{given}: a value is empty or given twice; give each once");
         }
         Ok(Self { axis, values })
     }

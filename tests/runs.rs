@@ -1,17 +1,48 @@
-//! Does every combination of GPU, built-in scene, traversal and layout give a whole report?
+//! Does every combination of GPU, built-in scene, traversal, layout and technique give a whole report?
 
 use assert_cmd::Command;
 use serde_json::Value;
 
-fn profile(scene: &str, traversal: tracer::Traversal, layout: &str, gpu: &str) -> Value {
+fn profile(scene: &str, traversal: tracer::Traversal, machine: &[&str]) -> Value {
     let output = Command::new(env!("CARGO_BIN_EXE_raybudget"))
-        .args(["profile", scene, "--size", "40x24", "--gpu", gpu, "--layout", layout, "--format", "json"])
+        .args(["profile", scene, "--size", "40x24", "--format", "json"])
         .args(["--accel", traversal.accel().name(), "--traversal", traversal.name()])
+        .args(machine)
         .output()
         .expect("the program starts");
-    let place = format!("{scene}, {traversal:?}, {layout}, {gpu}");
+    let place = format!("{scene}, {traversal:?}, {machine:?}");
     assert!(output.status.success(), "{place}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{place}: {error}"))
+}
+
+/// Every count of the frame is a number or a reason, and the frame took work and time.
+fn assert_whole(report: &Value, place: &str) {
+    let counters = report["counters"].as_object().expect("counters by id");
+    assert_eq!(counters.len(), gpumodel::COUNTERS.len());
+    for (id, counter) in counters {
+        match counter["value"].as_f64() {
+            Some(value) => assert!(value.is_finite() && value >= 0.0, "{id} of {place}: {value}"),
+            None => assert!(
+                counter["reason"].as_str().is_some_and(|reason| !reason.is_empty()),
+                "{id} of {place}"
+            ),
+        }
+    }
+    assert!(counters["node_fetches"]["value"].as_u64() > Some(0), "{place}");
+    assert!(counters["frame_time_ms"]["value"].as_f64() > Some(0.0), "{place}");
+}
+
+/// The passes of a report, by name, in their order.
+fn passes(report: &Value) -> Vec<&str> {
+    let passes = report["passes"].as_array().expect("passes");
+    passes.iter().map(|pass| pass["name"].as_str().expect("a name")).collect()
+}
+
+/// A counter of a pass; 0 where it is absent.
+fn of_pass(report: &Value, name: &str, counter: &str) -> f64 {
+    let passes = report["passes"].as_array().expect("passes");
+    let pass = passes.iter().find(|pass| pass["name"] == name).expect("a pass of this name");
+    pass["counters"][counter]["value"].as_f64().unwrap_or(0.0)
 }
 
 #[test]
@@ -19,21 +50,8 @@ fn every_scene_runs_through_every_traversal_and_every_count_is_a_number_or_a_rea
     for scene in scenes::BUILTINS {
         for traversal in tracer::Traversal::ALL {
             for gpu in gpumodel::GPUS {
-                let report = profile(scene.name, traversal, "padded", gpu.name);
-                let counters = report["counters"].as_object().expect("counters by id");
-                assert_eq!(counters.len(), gpumodel::COUNTERS.len());
-                for (id, counter) in counters {
-                    let place = format!("{id} of {} with {traversal:?}", scene.name);
-                    match counter["value"].as_f64() {
-                        Some(value) => assert!(value.is_finite() && value >= 0.0, "{place}: {value}"),
-                        None => assert!(
-                            counter["reason"].as_str().is_some_and(|reason| !reason.is_empty()),
-                            "{place}"
-                        ),
-                    }
-                }
-                assert!(counters["node_fetches"]["value"].as_u64() > Some(0), "{}", scene.name);
-                assert!(counters["frame_time_ms"]["value"].as_f64() > Some(0.0), "{}", scene.name);
+                let report = profile(scene.name, traversal, &["--gpu", gpu.name]);
+                assert_whole(&report, &format!("{}, {traversal:?}, {}", scene.name, gpu.name));
             }
         }
     }
@@ -42,7 +60,7 @@ fn every_scene_runs_through_every_traversal_and_every_count_is_a_number_or_a_rea
 #[test]
 fn every_primitive_layout_runs_and_only_moves_bytes() {
     let counters =
-        |layout| profile("figure", tracer::Traversal::BvhStack, layout, "adreno-540")["counters"].clone();
+        |layout| profile("figure", tracer::Traversal::BvhStack, &["--layout", layout])["counters"].clone();
     let padded = counters("padded");
     for layout in ["compact", "split"] {
         let other = counters(layout);
@@ -51,4 +69,52 @@ fn every_primitive_layout_runs_and_only_moves_bytes() {
         }
         assert_ne!(other["dram_read_bytes"]["value"], padded["dram_read_bytes"]["value"], "{layout}");
     }
+}
+
+#[test]
+fn every_technique_runs_through_every_traversal_in_its_own_passes() {
+    for scene in ["cornell", "teapot"] {
+        for traversal in tracer::Traversal::ALL {
+            let run = |technique| {
+                let report = profile(scene, traversal, &["--technique", technique]);
+                assert_whole(&report, &format!("{scene}, {traversal:?}, {technique}"));
+                assert_eq!(report["inputs"]["technique"], technique);
+                report
+            };
+            let expected: [(&str, &[&str]); 4] = [
+                ("fragment", &["primary rays", "shadow rays", "output"]),
+                ("compute", &["primary rays", "shadow rays", "output", "present"]),
+                ("hybrid", &["binning", "geometry", "shadow rays", "output"]),
+                ("hybrid-resolved", &["binning", "geometry", "shadow rays", "output"]),
+            ];
+            assert_eq!(expected.map(|(name, _)| name).to_vec(), built_in_techniques());
+            let reports = expected.map(|(technique, expected)| {
+                let report = run(technique);
+                assert_eq!(passes(&report), expected, "{scene}, {traversal:?}, {technique}");
+                report
+            });
+            let [fragment, compute, hybrid, resolved] = &reports;
+            let place = format!("{scene}, {traversal:?}");
+            let shadow_rays = of_pass(fragment, "shadow rays", "rays");
+            assert!(shadow_rays > 0.0);
+            assert_eq!(of_pass(fragment, "primary rays", "rays"), 40.0 * 24.0, "{place}");
+            assert_eq!(compute["counters"]["rays"], fragment["counters"]["rays"], "{place}");
+            assert!(of_pass(compute, "present", "frame_time_ms") > 0.0, "{place}");
+            for report in [hybrid, resolved] {
+                assert_eq!(report["counters"]["rays"]["value"].as_f64(), Some(shadow_rays), "{place}");
+                assert!(of_pass(report, "geometry", "frame_time_ms") > 0.0, "{place}");
+                assert!(of_pass(report, "geometry", "dram_read_bytes") > 0.0, "{place}");
+                assert!(of_pass(report, "geometry", "vertex_memory_read_bytes") > 0.0, "{place}");
+            }
+            let bytes = |report: &Value| {
+                let value = |id: &str| report["counters"][id]["value"].as_u64().expect("a count");
+                value("dram_read_bytes") + value("dram_write_bytes")
+            };
+            assert!(bytes(resolved) > bytes(hybrid), "attachments in memory move more bytes: {place}");
+        }
+    }
+}
+
+fn built_in_techniques() -> Vec<&'static str> {
+    gpumodel::TECHNIQUES.iter().map(|technique| technique.name).collect()
 }

@@ -25,16 +25,18 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
     let variations =
         args.vary.iter().map(|text| Variation::parse(text)).collect::<anyhow::Result<Vec<_>>>()?;
     let mut points = Variation::points(&variations, &args.frame, &args.machine)?;
-    points.retain(|point| match meaningless(point) {
-        Some(reason) => {
-            console::warn(&format!("left out {}: {reason}", point.values.join(" ")));
-            false
-        }
-        None => true,
-    });
-    if points.is_empty() {
-        bail!("--vary: no combination is left to compare");
+    let reasons: Vec<Option<&str>> = points.iter().map(meaningless).collect();
+    if let Some(reason) = reasons[0].filter(|_| reasons.iter().all(Option::is_some)) {
+        bail!(
+            "--vary {}: no combination is left to compare, for {reason}; choose or vary another traversal",
+            args.vary.join(",")
+        );
     }
+    for (point, reason) in points.iter().zip(&reasons).filter_map(|(point, reason)| Some((point, (*reason)?)))
+    {
+        console::warn(&format!("left out {}: {reason}", point.values.join(" ")));
+    }
+    points.retain(|point| meaningless(point).is_none());
     let groups = by_trace(&points)?;
     start_threads(args.run.threads)?;
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;

@@ -5,6 +5,7 @@ pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod list;
 pub(crate) mod profile;
+pub(crate) mod render;
 pub(crate) mod replay;
 pub(crate) mod shell;
 pub(crate) mod trace;

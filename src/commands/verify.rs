@@ -14,7 +14,7 @@ use reports::claims::{self, ClaimSet, EMBEDDED, Verdict};
 use serde_json::json;
 
 /// Side of the images of a quick run.
-const QUICK: [u32; 2] = [256, 256];
+const QUICK: [u32; 2] = [64, 64];
 
 pub(crate) fn run(args: &VerifyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     match &args.what {

@@ -72,12 +72,11 @@ fn changes(args: &WhatifArgs) -> anyhow::Result<Vec<Variation>> {
         (Axis::NodeOrder, &args.node_order),
     ];
     let given = lists.into_iter().filter(|(_, values)| !values.is_empty());
-    let mut changes: Vec<Variation> =
-        given.map(|(axis, values)| Variation { axis, values: values.clone() }).collect();
-    for figure in &args.set {
-        changes.push(Variation::parse(figure)?);
-    }
-    Ok(changes)
+    let lists = given.map(|(axis, values)| {
+        let shown = format!("--{} {}", axis.name(), values.join(","));
+        Variation::distinct(axis, values.clone(), &shown)
+    });
+    lists.chain(args.set.iter().map(|figure| Variation::of_figure(figure))).collect()
 }
 
 /// Every change of layout, order and technique that this trace allows, other than what it has.

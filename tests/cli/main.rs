@@ -2,7 +2,12 @@
 
 mod bad_input;
 mod cache;
+mod compare;
 mod determinism;
+mod machine;
 mod outputs;
+mod render;
 mod results;
 mod support;
+mod verify;
+mod whatif;

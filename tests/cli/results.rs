@@ -91,7 +91,10 @@ fn lists_name_what_the_other_commands_take() {
         scenes::BUILTINS.iter().map(|scene| scene.name).collect::<Vec<_>>()
     );
     assert_eq!(column("layouts", "layout"), ["padded", "compact", "split"]);
-    assert_eq!(column("techniques", "technique"), ["fragment"]);
+    assert_eq!(
+        column("techniques", "technique"),
+        gpumodel::TECHNIQUES.iter().map(|technique| technique.name).collect::<Vec<_>>()
+    );
     let traversals = tracer::Traversal::ALL;
     assert_eq!(column("traversals", "accel"), traversals.map(|traversal| traversal.accel().name()));
     assert_eq!(column("traversals", "traversal"), traversals.map(tracer::Traversal::name));
@@ -118,7 +121,20 @@ fn help_version_completions_and_the_manual_come_from_one_definition() {
     let help = raybudget(["--help"]).ok();
     let manual = raybudget(["man"]).ok();
     let completions = raybudget(["completions", "bash"]).ok();
-    for command in ["profile", "trace", "replay", "check", "cache", "list", "completions", "man"] {
+    for command in [
+        "profile",
+        "render",
+        "trace",
+        "replay",
+        "compare",
+        "whatif",
+        "check",
+        "verify",
+        "cache",
+        "list",
+        "completions",
+        "man",
+    ] {
         for (name, text) in [("help", &help), ("manual", &manual), ("completions", &completions)] {
             assert!(text.contains(command), "{command} is missing in the {name}");
         }
@@ -193,8 +209,5 @@ fn without_a_command_the_default_scene_is_profiled_into_a_folder() {
     let text = finish(command().current_dir(folder.path())).ok();
     assert!(text.starts_with("atrium on adreno-540\n"), "{text}");
     assert_eq!(crate::support::names_in(folder.path()), ["raybudget-out"]);
-    assert_eq!(
-        crate::support::names_in(&folder.path().join("raybudget-out")),
-        ["counters.csv", "node-fetches.png", "report.json", "report.txt"]
-    );
+    assert_eq!(crate::support::names_in(&folder.path().join("raybudget-out")), crate::support::REPORT_FILES);
 }

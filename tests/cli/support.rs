@@ -8,6 +8,10 @@ use tempfile::TempDir;
 /// A small frame: quick, and with partly filled tiles at two edges.
 pub(crate) const SMALL: [&str; 2] = ["--size", "40x36"];
 
+/// What a folder of a report holds.
+pub(crate) const REPORT_FILES: [&str; 6] =
+    ["counters.csv", "dram-lines.png", "loaded-bytes.png", "node-fetches.png", "report.json", "report.txt"];
+
 /// What a run left behind.
 pub(crate) struct Ran {
     pub(crate) code: Option<i32>,
@@ -44,6 +48,13 @@ impl Ran {
         serde_json::from_str(&self.ok()).expect("JSON")
     }
 
+    /// The result as JSON of a run that went well and had something to say besides; and what that was.
+    pub(crate) fn json_with_warning(self) -> (Value, String) {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        assert!(self.stderr.starts_with("warning: "), "{}", self.stderr);
+        (serde_json::from_str(&self.stdout).expect("JSON"), self.stderr)
+    }
+
     /// The error of a run that was refused: one message, nothing on standard output.
     pub(crate) fn refused(self) -> String {
         assert_eq!((self.code, self.stdout.as_str()), (Some(2), ""), "{}", self.stderr);
@@ -51,6 +62,13 @@ impl Ran {
         assert_eq!(self.stderr.matches("error:").count(), 1, "{}", self.stderr);
         self.stderr
     }
+}
+
+/// A report without what the run cost: the part that follows from the inputs alone.
+pub(crate) fn without_run(report: &Value) -> Value {
+    let mut report = report.clone();
+    report.as_object_mut().expect("a report").remove("run").expect("run figures");
+    report
 }
 
 /// A folder that goes when the test ends.

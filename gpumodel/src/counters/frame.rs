@@ -63,20 +63,14 @@ counters! {
         pub memory_waits: u64,
         /// Lines touched: the distinct lines of each load and store.
         pub line_accesses: u64,
-        /// Those of loads.
-        pub lines_read: u64,
         /// Bytes that lanes loaded and stored.
         pub lane_bytes: u64,
         /// Cycles of a core's load/store port: per load or store the larger of its lines and its bytes by the port's width.
         pub load_store_cycles: u64,
-        /// Of [`Self::lines_read`], those read through the texture path.
-        pub texture_lines_read: u64,
         /// Bytes of tile memory written out to DRAM: the colour, and attachments that leave the tile.
         pub output_bytes: u64,
         /// Vertices fetched and transformed.
         pub vertices: u64,
-        /// Lines that vertex fetch read; the shader cores do not load them.
-        pub vertex_lines_read: u64,
         /// Triangles that went through triangle setup.
         pub setup_triangles: u64,
         /// Fragments that a rasteriser found covered, hidden ones included.

@@ -131,7 +131,7 @@ fn latency(
     gpu: &Gpu,
 ) -> f64 {
     let issue = &counters.issue;
-    if issue.memory_waits == 0 {
+    if issue.memory_waits == 0 || issue.line_accesses == 0 {
         return 0.0;
     }
     let lines = issue.line_accesses as f64;

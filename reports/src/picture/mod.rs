@@ -11,11 +11,11 @@ mod sheet;
 pub(crate) mod ticks;
 
 pub(crate) use bar::ColourBar;
-pub(crate) use canvas::Canvas;
+pub(crate) use canvas::{Canvas, encode_png};
 pub(crate) use sheet::{Across, Down, Label, Sheet};
 
 /// Red, green, blue, 8 bits each, sRGB.
-pub(crate) type Rgb = [u8; 3];
+pub type Rgb = [u8; 3];
 
 pub(crate) const BACKGROUND: Rgb = [255, 255, 255];
 /// Text and axes.

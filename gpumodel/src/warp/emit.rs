@@ -1,0 +1,317 @@
+//! From the steps of warps to the lines that their loads and stores touch, for one variant of a frame.
+
+use super::distinct::Distinct;
+use super::program::{INDEX_BYTES, NodeReads, Program};
+use super::steps::{TileTally, WarpStep, WarpSteps};
+use super::stream::{Run, StreamWriter, TileStream};
+use crate::counters::{IssueCounters, Pass};
+use crate::layout::{BufferKind, PIXEL_BYTES, Reads, STACK_ENTRY_BYTES, VEC4_BYTES};
+use crate::schedule::{HELPER, z_order};
+use tracer::{Op, RayKind, TILE_RAYS, TileRect};
+
+/// Collects what warps ask of the caches, tile by tile.
+pub(crate) struct Emitter {
+    distinct: Distinct,
+    writer: StreamWriter,
+    warp_ends: Vec<usize>,
+    issue: [IssueCounters; Pass::COUNT],
+}
+
+impl Emitter {
+    pub(crate) fn new() -> Self {
+        Self {
+            distinct: Distinct::new(),
+            writer: StreamWriter::new(),
+            warp_ends: Vec::new(),
+            issue: [IssueCounters::default(); Pass::COUNT],
+        }
+    }
+
+    /// One warp that traces, of tile `index` at `rect`.
+    ///
+    /// # Errors
+    /// A sentence when a step names what does not exist.
+    pub(crate) fn trace(
+        &mut self,
+        program: &Program,
+        warp: &WarpSteps,
+        index: u32,
+        rect: TileRect,
+    ) -> Result<(), String> {
+        if program.attachments > 0 {
+            self.pixels(program, Pass::Output, BufferKind::Attachment, &warp.rays, index, rect);
+        }
+        for (set, &kind) in program.kinds.iter().enumerate().filter(|&(_, &kind)| program.traces(kind)) {
+            let pass = match kind {
+                RayKind::Primary => Pass::Primary,
+                RayKind::Shadow => Pass::Shadow,
+            };
+            for step in warp.steps(set) {
+                self.step(program, pass, step)?;
+            }
+            // Shading comes between the primary ray and those that start at its hit.
+            if kind == RayKind::Primary && warp.shaded_lanes > 0 {
+                let (buffers, mut records) = (&program.buffers, [0; 64]);
+                let triangles = &warp.shaded;
+                let records =
+                    locate(triangles, &mut records, "triangle", |triangle| buffers.shading(triangle))?;
+                let mut output = self.part(program, Pass::Output);
+                output.read_records(BufferKind::Normal, buffers.shading_reads, records, warp.shaded_lanes);
+                output.end_turn(true);
+            }
+        }
+        if program.writes_image {
+            self.pixels(program, Pass::Output, BufferKind::Image, &warp.rays, index, rect);
+        }
+        self.end_warp();
+        Ok(())
+    }
+
+    /// A warp of a full-screen quad that reads the image.
+    pub(crate) fn present(&mut self, program: &Program, rays: &[u32], index: u32, rect: TileRect) {
+        self.pixels(program, Pass::Present, BufferKind::Image, rays, index, rect);
+        self.end_warp();
+    }
+
+    /// A run of lines that fixed-function hardware reads.
+    pub(crate) fn fetch(&mut self, program: &Program, pass: Pass, kind: BufferKind, lines: &[u32]) {
+        let mut part = self.part(program, pass);
+        let found = part.distinct.filter(lines.iter().copied(), part.writer.lines());
+        part.writer.push(Run::new(pass, kind, false, found, 1));
+        part.counters.line_accesses += found as u64;
+        part.end_turn(true);
+    }
+
+    pub(crate) fn end_warp(&mut self) {
+        self.warp_ends.push(self.writer.len());
+    }
+
+    /// The counters of a pass, for what is not counted by warps.
+    pub(crate) fn issue(&mut self, pass: Pass) -> &mut IssueCounters {
+        &mut self.issue[pass as usize]
+    }
+
+    /// What has been collected, with what `tally` says that the warps issued.
+    pub(crate) fn take(&mut self, program: &Program, tally: &TileTally) -> TileStream {
+        program.issue(tally, &mut self.issue);
+        TileStream {
+            words: self.writer.take(),
+            warp_ends: std::mem::take(&mut self.warp_ends),
+            issue: std::mem::take(&mut self.issue),
+        }
+    }
+
+    fn part<'a>(&'a mut self, program: &'a Program, pass: Pass) -> Part<'a> {
+        let Self { distinct, writer, issue, .. } = self;
+        Part { program, distinct, writer, counters: &mut issue[pass as usize], pass }
+    }
+
+    /// Every lane reads or writes its pixel of an image, or reads it of every attachment.
+    fn pixels(
+        &mut self,
+        program: &Program,
+        pass: Pass,
+        kind: BufferKind,
+        rays: &[u32],
+        index: u32,
+        rect: TileRect,
+    ) {
+        let write = kind == BufferKind::Image && pass == Pass::Output;
+        let images = if kind == BufferKind::Attachment { program.attachments } else { 1 };
+        let shift = if write { program.image_line_shift } else { program.texture_line_shift };
+        let buffers = &program.buffers;
+        // The attachments lie before the image of a compute stage; no technique has both.
+        let tile = buffers.image_base + u64::from(index) * u64::from(TILE_RAYS) * PIXEL_BYTES;
+        for image in 0..u64::from(images) {
+            let base = tile + image * buffers.image_bytes;
+            let of_ray = |ray: u32| {
+                let offset = u64::from(z_order(ray % rect.width, ray / rect.width)) * PIXEL_BYTES;
+                ((base + offset) >> shift) as u32
+            };
+            let active = rays.iter().filter(|&&ray| ray != HELPER).count() as u32;
+            let lines = rays.iter().copied().filter(|&ray| ray != HELPER).map(of_ray);
+            let mut part = self.part(program, pass);
+            part.touch(Access { kind, write, bytes: PIXEL_BYTES as u32, repeats: 1 }, lines, active);
+        }
+        self.part(program, pass).end_turn(!write);
+    }
+
+    #[inline(always)]
+    fn step(&mut self, program: &Program, pass: Pass, step: WarpStep<'_>) -> Result<(), String> {
+        let mut part = self.part(program, pass);
+        match step.op {
+            Op::Node => part.node(step),
+            Op::Up => part.record(step.records, step.lanes).map(|()| part.end_turn(true)),
+            Op::Primitive => part.primitive(step),
+            Op::Push => part.stack(step, true),
+            Op::Pop => part.stack(step, false),
+            Op::Restart => Ok(()),
+            Op::Instance | Op::AnyHit => unreachable!("lockstep refuses these"),
+        }
+    }
+}
+
+/// What a warp does in one pass.
+struct Part<'a> {
+    program: &'a Program,
+    distinct: &'a mut Distinct,
+    writer: &'a mut StreamWriter,
+    counters: &'a mut IssueCounters,
+    pass: Pass,
+}
+
+impl Part<'_> {
+    /// One load or store of `bytes` per lane on `lines`, or `repeats` of them on the same.
+    #[inline(always)]
+    fn touch(&mut self, access: Access, lines: impl Iterator<Item = u32> + Clone, active: u32) {
+        let found = self.distinct.filter(lines, self.writer.lines());
+        self.count(access, found, active);
+    }
+
+    #[inline(always)]
+    fn count(&mut self, access: Access, found: usize, active: u32) {
+        let Access { kind, write, bytes, repeats } = access;
+        self.writer.push(Run::new(self.pass, kind, write, found, repeats));
+        let bytes = active * bytes;
+        let port_cycles = (found as u32).max(bytes.div_ceil(self.program.port_bytes));
+        let (repeats, lines) = (u64::from(repeats), found as u64);
+        self.counters.memory_instructions += repeats;
+        self.counters.line_accesses += repeats * lines;
+        self.counters.lane_bytes += repeats * u64::from(bytes);
+        self.counters.load_store_cycles += repeats * u64::from(port_cycles);
+    }
+
+    /// All loads of one record of `active` lanes, whose distinct addresses are `records`.
+    #[inline(always)]
+    fn read_records(&mut self, kind: BufferKind, reads: Reads, records: &[u32], active: u32) {
+        let shift = self.program.buffers.line_shift;
+        let access = Access { kind, write: false, bytes: VEC4_BYTES as u32, repeats: 1 };
+        if reads.one_line {
+            let lines = records.iter().map(|&record| record >> shift);
+            self.touch(Access { repeats: reads.loads, ..access }, lines, active);
+            return;
+        }
+        for load in 0..reads.loads {
+            self.touch(access, records.iter().map(|&record| (record + load) >> shift), active);
+        }
+    }
+
+    /// Ends a turn of the warp: the loads since the last one are in flight together, and it waits for them.
+    #[inline(always)]
+    fn end_turn(&mut self, waits: bool) {
+        self.writer.end_turn();
+        self.counters.memory_waits += u64::from(waits);
+    }
+
+    #[inline(always)]
+    fn record(&mut self, nodes: &[u32], active: u32) -> Result<(), String> {
+        let (buffers, mut records) = (&self.program.buffers, [0; 64]);
+        let records = locate(nodes, &mut records, "node", |node| buffers.node(node))?;
+        self.read_records(BufferKind::Node, buffers.node_reads, records, active);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn node(&mut self, step: WarpStep<'_>) -> Result<(), String> {
+        let siblings = step.lanes - step.root_lanes;
+        if self.program.nodes != NodeReads::Parent {
+            self.record(step.records, step.lanes)?;
+        }
+        if self.program.nodes != NodeReads::One && siblings > 0 {
+            let buffers = &self.program.buffers;
+            let (mut nodes, mut records) = ([0; 64], [0; 64]);
+            let mut count = 0;
+            for &node in step.records.iter().filter(|&&node| node != 0) {
+                nodes[count] = node;
+                count += 1;
+            }
+            let nodes = &nodes[..count];
+            let records = if self.program.nodes == NodeReads::Pair {
+                locate(nodes, &mut records, "sibling of node", |node| buffers.node(node + 1))?
+            } else {
+                locate(nodes, &mut records, "parent of node", |node| buffers.node(node))?
+            };
+            self.read_records(BufferKind::Node, buffers.node_reads, records, siblings);
+        } else if self.program.nodes == NodeReads::Parent {
+            return Ok(());
+        }
+        self.end_turn(true);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn primitive(&mut self, step: WarpStep<'_>) -> Result<(), String> {
+        let (buffers, active) = (&self.program.buffers, step.lanes);
+        if buffers.has_index_list() {
+            let lines = step.records.iter().map(|&position| buffers.index_line(position));
+            let access = Access { kind: BufferKind::Index, write: false, bytes: INDEX_BYTES, repeats: 1 };
+            self.touch(access, lines, active);
+            self.end_turn(true);
+        }
+        let mut records = [0; 64];
+        let records =
+            locate(step.records, &mut records, "primitive", |position| buffers.intersection(position))?;
+        self.read_records(BufferKind::Primitive, buffers.intersection_reads, records, active);
+        self.end_turn(true);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn stack(&mut self, step: WarpStep<'_>, write: bool) -> Result<(), String> {
+        let entries = self.program.stack_entries;
+        let buffers = &self.program.buffers;
+        let lanes_per_line = ((1 << buffers.stack_line_shift) / STACK_ENTRY_BYTES).max(1);
+        let out = self.writer.lines();
+        let mut found = 0;
+        for group in step.records.chunks_exact(3) {
+            let entry = group[0];
+            if entry >= entries {
+                return Err(format!("a step names stack entry {entry} of {entries}"));
+            }
+            let mut lanes = u64::from(group[1]) | u64::from(group[2]) << 32;
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros();
+                let line = buffers.stack_line(entry, lane, self.program.warp_width);
+                // Entries are distinct; two of them share a line only where a line holds more than a warp's entry.
+                if !out[..found].contains(&line) {
+                    out[found] = line;
+                    found += 1;
+                }
+                let place = entry * self.program.warp_width + lane;
+                let next_line = lane + lanes_per_line - place % lanes_per_line;
+                lanes &= u64::MAX.checked_shl(next_line).unwrap_or(0);
+            }
+        }
+        let access = Access { kind: BufferKind::Stack, write, bytes: STACK_ENTRY_BYTES, repeats: 1 };
+        self.count(access, found, step.lanes);
+        self.end_turn(!write);
+        Ok(())
+    }
+}
+
+/// A load or store of a warp.
+#[derive(Clone, Copy)]
+struct Access {
+    kind: BufferKind,
+    write: bool,
+    /// Of each lane.
+    bytes: u32,
+    repeats: u32,
+}
+
+/// The addresses of ids.
+#[inline(always)]
+fn locate<'a>(
+    ids: &[u32],
+    addresses: &'a mut [u32; 64],
+    what: &str,
+    address: impl Fn(u32) -> Option<u32>,
+) -> Result<&'a [u32], String> {
+    for (&id, place) in ids.iter().zip(addresses.iter_mut()) {
+        match address(id) {
+            Some(address) => *place = address,
+            None => return Err(format!("a step names {what} {id}, which does not exist")),
+        }
+    }
+    Ok(&addresses[..ids.len()])
+}
