@@ -227,12 +227,20 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     let traversal = point.frame.traversal.as_deref().unwrap_or("stack");
     let pairs = accel == "bvh" && traversal != "parent-link";
     let has_short_stack = matches!(traversal, "restart-trail" | "push-down");
-    if accel == "grid" && point.frame.ct.is_some() {
+    let FrameArgs { ct, ci, trail_bits, splits, flat_cells, empty_bonus, max_depth, .. } = &point.frame;
+    let of_kd = splits.is_some() || flat_cells.is_some() || empty_bonus.is_some() || max_depth.is_some();
+    if accel == "grid" && (ct.is_some() || ci.is_some()) {
         Some("a grid is not built by costs")
     } else if point.machine.node_records.as_deref() == Some(NodeRecords::ChildBoxes.name()) && !pairs {
         Some("only traversals that test siblings together have the boxes of both children in one record")
     } else if point.frame.short_stack.is_some() && !has_short_stack {
         Some("only restart-trail and push-down have a short stack")
+    } else if trail_bits.is_some() && traversal != "restart-trail" {
+        Some("only restart-trail has a trail")
+    } else if of_kd && accel != "kd" {
+        Some("only kd-trees are built with these options")
+    } else if traversal == "backtrack" && flat_cells.as_deref() == Some("allowed") {
+        Some("backtracking cannot leave a cell without thickness")
     } else {
         None
     }

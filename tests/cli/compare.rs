@@ -182,6 +182,26 @@ fn combinations_without_meaning_are_left_out_and_named() {
 }
 
 #[test]
+fn traversals_that_an_option_of_the_frame_does_not_fit_are_left_out() {
+    for (option, value, left, reason) in [
+        ("--ct", "2", 7, "a grid is not built by costs"),
+        ("--ci", "2", 7, "a grid is not built by costs"),
+        ("--short-stack", "4", 2, "have a short stack"),
+        ("--trail-bits", "32", 1, "only restart-trail has a trail"),
+        ("--splits", "perfect", 4, "only kd-trees"),
+        ("--empty-bonus", "0.8", 4, "only kd-trees"),
+        ("--max-depth", "9", 4, "only kd-trees"),
+        ("--flat-cells", "allowed", 3, "backtracking cannot leave"),
+        ("--node-records", "child-boxes", 2, "boxes of both children"),
+    ] {
+        let args = ["compare", "cornell", "--vary", "traversal", option, value, "--format", "json"];
+        let (comparison, warnings) = raybudget(args.iter().chain(&TINY)).json_with_warning();
+        assert_eq!(variants(&comparison).len(), left, "{option}: {warnings}");
+        assert!(warnings.contains(reason), "{option}: {warnings}");
+    }
+}
+
+#[test]
 fn what_cannot_vary_is_refused_before_the_scene_is_loaded() {
     let dir = folder();
     let out = dir.path().join("deep/out");
