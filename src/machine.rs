@@ -100,7 +100,14 @@ fn find_gpu(name: &str, figures: &[String]) -> anyhow::Result<(Gpu, String, Stri
         return Ok((gpu, called, hash(&text)));
     }
     let text = with_figures(&text, &file, figures)?;
-    let gpu = Gpu::parse(&text, &format!("{file} with --set {}", figures.join(" --set ")))?;
+    let set = format!("{file} with --set {}", figures.join(" --set "));
+    // Lines of the rewritten text are lines of no file.
+    let gpu = Gpu::parse(&text, &set).map_err(|error| match error {
+        gpumodel::Error::Config { file, key, problem, remedy, .. } => {
+            gpumodel::Error::Config { file, line: None, key, problem, remedy }
+        }
+        other => other,
+    })?;
     let called = format!("{} with {}", gpu.name(), figures.join(", "));
     Ok((gpu, called, hash(&text)))
 }

@@ -155,6 +155,11 @@ impl OutputFolder {
         OutputFile::create(&self.path.join(name))
     }
 
+    /// Checks now that files of these names can later be written.
+    pub(crate) fn check(&self, names: &[&str]) -> anyhow::Result<()> {
+        names.iter().try_for_each(|name| self.file(name).map(drop))
+    }
+
     /// Writes `files`, name and bytes, all or none, and keeps the folder.
     pub(crate) fn write_all(self, files: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
         let ready = files.iter().map(|(name, bytes)| self.file(name)?.written(bytes));

@@ -16,6 +16,7 @@ use reports::Inputs;
 use reports::chart::MatrixChart;
 use reports::comparison::{self, Comparison, Variant};
 use reports::heat_map::{Panel, Panels, write_panels_png};
+use std::path::Path;
 
 /// Panels of one picture, at most and side by side.
 const MOST_PANELS: usize = 12;
@@ -38,8 +39,12 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
     }
     points.retain(|point| meaningless(point).is_none());
     let groups = by_trace(&points)?;
+    check_scenes(&args.scenes)?;
     start_threads(args.run.threads)?;
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+    if let Some(folder) = &folder {
+        folder.check(&["comparison.md", "comparison.csv", "comparison.json"])?;
+    }
 
     let several_scenes = args.scenes.len() > 1;
     let mut variants: Vec<(usize, usize, Variant)> = Vec::new();
@@ -84,6 +89,21 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
     }
     print(&comparison, args.format)?;
     Ok(Outcome::Done)
+}
+
+/// Refuses what would only be found after the first scene's work: a scene that is not there, or one that cannot be told from another.
+fn check_scenes(specs: &[String]) -> anyhow::Result<()> {
+    let name = |spec: &str| Path::new(spec).file_name().map(|name| name.to_string_lossy().into_owned());
+    for (index, spec) in specs.iter().enumerate() {
+        if specs[..index].iter().any(|other| name(other) == name(spec)) {
+            bail!("{spec}: two scenes of this name cannot be told apart; give each once, or rename one");
+        }
+        let is_builtin = scenes::BUILTINS.iter().any(|scene| scene.name == spec);
+        if !is_builtin && !Path::new(spec).exists() {
+            LoadedScene::load(spec)?;
+        }
+    }
+    Ok(())
 }
 
 /// Prints a comparison.

@@ -37,6 +37,9 @@ fn verify_claims(args: &ClaimsArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         );
     }
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+    if let Some(folder) = &folder {
+        folder.check(&["claims.md", "claims.json", "claims.csv"])?;
+    }
     let conditions = Conditions {
         scenes: args.scenes.as_deref().filter(|_| !args.quick),
         image: if args.quick { QUICK } else { claims.paper.image },

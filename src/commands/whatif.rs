@@ -25,6 +25,9 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let (trace, load_s) = timed(|| TraceFile::open(&args.trace));
     let trace = trace?;
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+    if let Some(folder) = &folder {
+        folder.check(&["whatif.md", "whatif.csv", "whatif.json"])?;
+    }
 
     let changes = if asked.is_empty() { every_change(trace.header())? } else { asked };
     let mut labels = vec![UNCHANGED.to_owned()];

@@ -253,3 +253,25 @@ fn a_comparison_that_fails_half_way_leaves_no_folder() {
         assert_eq!(names_in(dir.path()), Vec::<String>::new(), "{args:?}");
     }
 }
+
+#[test]
+fn scenes_that_are_missing_or_of_one_name_are_refused_before_any_work() {
+    for (scenes, expected) in
+        [(["cornell", "no-such-scene"], "no-such-scene"), (["cornell", "cornell"], "cannot be told apart")]
+    {
+        let ran = raybudget(["compare", scenes[0], scenes[1], "--vary", "layout", "--size", "8x8"]);
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains(expected) && ran.stdout.is_empty(), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_refused_and_nothing_else_is_left() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("comparison.csv")).expect("a folder in the way");
+    let ran =
+        raybudget(["compare", "cornell", "--vary", "layout", "--size", "8x8", "-o", arg(folder.path())]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("this is a folder"), "{}", ran.stderr);
+    assert_eq!(names_in(folder.path()), ["comparison.csv"]);
+}
