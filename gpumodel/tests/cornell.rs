@@ -1,79 +1,35 @@
 //! Does a replay of the real tracer count what the tracer counts, and the same on any number of threads?
 
-use gpumodel::{
-    Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, Replayed, ShaderCosts, Technique,
-    Value, estimate, replay,
-};
-use scenes::{Light, Scene, Vec3};
-use tracer::{
-    AccelerationStructure, BuildOptions, FrameTracer, Query, Rays, SceneIdentity, Tile, TileSource, Topology,
-    TraceHeader, Traversal, View, WorkCounter, shadow_ray,
-};
+mod common;
 
-/// Not a multiple of a tile, a warp or a quad.
-const SIZE: (u32, u32) = (75, 45);
+use common::{SIZE, Traced};
+use gpumodel::{Maps, PrimitiveLayout, ReplayConfig, Replayed, Value, estimate, replay};
+use tracer::{Query, Tile, TileSource, Topology, TraceHeader, Traversal, WorkCounter, shadow_ray};
 
 fn config(layout: PrimitiveLayout) -> ReplayConfig {
-    ReplayConfig {
-        gpu: Gpu::builtin("adreno-540").expect("built in").expect("sound"),
-        costs: ShaderCosts::builtin().expect("sound"),
-        technique: technique("fragment"),
-        primitive_layout: layout,
-        primitive_order: None,
-        node_records: NodeRecords::Packed,
-        node_order: NodeOrder::DepthFirst,
-    }
+    ReplayConfig { primitive_layout: layout, ..common::config("fragment") }
 }
 
-fn technique(name: &str) -> Technique {
-    Technique::builtin(name).expect("built in").expect("sound")
+fn cornell(traversal: Traversal) -> Traced {
+    Traced::new("cornell", traversal)
 }
 
-struct Traced {
-    scene: Scene,
-    lights: Vec<Vec3>,
-    structure: AccelerationStructure,
-    triangles: Vec<scenes::Triangle>,
-}
-
-impl Traced {
-    fn new(traversal: Traversal) -> Self {
-        let scene = scenes::load("cornell").expect("built in");
-        let lights = scene.lights.iter().map(|Light::Point { position, .. }| *position).collect();
-        let triangles = scene.triangles();
-        let structure =
-            AccelerationStructure::build(&triangles, traversal, &BuildOptions::default()).expect("valid");
-        Self { scene, lights, structure, triangles }
-    }
-
-    fn view(&self) -> View {
-        View::new(&self.scene.camera, SIZE.0, SIZE.1)
-    }
-
-    fn frame(&self) -> FrameTracer<'_> {
-        let identity = SceneIdentity { name: "cornell".to_owned(), hash: 0 };
-        let rays = Rays::View { view: self.view(), width: SIZE.0, height: SIZE.1 };
-        let options = BuildOptions::default();
-        FrameTracer::new(&self.structure, &options, &self.triangles, identity, rays, self.lights.clone())
-    }
-
-    /// Work of all rays and their number, counted without a trace.
-    fn work(&self) -> (tracer::Work, u64) {
-        let mut rays = 0;
-        let mut counter = WorkCounter::new(self.structure.traversal().node_fetch());
-        for (y, x) in (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (y, x))) {
-            let ray = self.view().primary_ray(x, y);
-            let hit = self.structure.trace(&ray, Query::Closest, &mut counter);
+/// Work of all rays and their number, counted without a trace.
+fn work(traced: &Traced) -> (tracer::Work, u64) {
+    let mut rays = 0;
+    let mut counter = WorkCounter::new(traced.structure.traversal().node_fetch());
+    for (y, x) in (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (y, x))) {
+        let ray = traced.view().primary_ray(x, y);
+        let hit = traced.structure.trace(&ray, Query::Closest, &mut counter);
+        rays += 1;
+        for &light in traced.lights.iter().filter(|_| hit.is_hit()) {
+            let triangle = &traced.triangles[hit.primitive as usize];
+            let shadow = shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
+            traced.structure.trace(&shadow, Query::Any, &mut counter);
             rays += 1;
-            for &light in self.lights.iter().filter(|_| hit.is_hit()) {
-                let triangle = &self.triangles[hit.primitive as usize];
-                let shadow = shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
-                self.structure.trace(&shadow, Query::Any, &mut counter);
-                rays += 1;
-            }
         }
-        (counter.work(), rays)
     }
+    (counter.work(), rays)
 }
 
 fn on_threads(threads: usize, run: impl FnOnce() -> Replayed + Send) -> Replayed {
@@ -83,8 +39,8 @@ fn on_threads(threads: usize, run: impl FnOnce() -> Replayed + Send) -> Replayed
 #[test]
 fn every_traversal_and_layout_counts_the_work_of_the_tracer() {
     for traversal in Traversal::ALL {
-        let traced = Traced::new(traversal);
-        let (work, rays) = traced.work();
+        let traced = cornell(traversal);
+        let (work, rays) = work(&traced);
         for layout in PrimitiveLayout::ALL {
             let replayed =
                 replay(&traced.frame(), &config(layout), Maps::Kept, &|_, _| {}).expect("a real trace");
@@ -105,7 +61,7 @@ fn every_traversal_and_layout_counts_the_work_of_the_tracer() {
 #[test]
 fn accesses_add_up_from_lanes_to_memory() {
     for traversal in Traversal::ALL {
-        let traced = Traced::new(traversal);
+        let traced = cornell(traversal);
         let counters = replay(&traced.frame(), &config(PrimitiveLayout::Split), Maps::Kept, &|_, _| {})
             .expect("valid")
             .counters;
@@ -126,7 +82,7 @@ fn accesses_add_up_from_lanes_to_memory() {
 #[test]
 fn one_two_and_three_threads_count_the_same() {
     for traversal in [Traversal::BvhStack, Traversal::KdBacktrack] {
-        let traced = Traced::new(traversal);
+        let traced = cornell(traversal);
         let run = || {
             replay(&traced.frame(), &config(PrimitiveLayout::Padded), Maps::Kept, &|_, _| {}).expect("valid")
         };
@@ -141,7 +97,7 @@ fn one_two_and_three_threads_count_the_same() {
 
 /// Tiles from memory instead of from the tracer.
 struct Recorded<'a> {
-    frame: &'a FrameTracer<'a>,
+    frame: &'a tracer::FrameTracer<'a>,
     tiles: Vec<Tile>,
 }
 
@@ -166,7 +122,7 @@ impl TileSource for Recorded<'_> {
 
 #[test]
 fn a_replay_does_not_care_where_its_tiles_come_from() {
-    let traced = Traced::new(Traversal::BvhRestartTrail {
+    let traced = cornell(Traversal::BvhRestartTrail {
         bits: tracer::bvh::restart_trail::TrailBits::Bits32,
         short_stack: 2,
     });
@@ -185,7 +141,7 @@ fn a_replay_does_not_care_where_its_tiles_come_from() {
 
 #[test]
 fn a_compact_layout_costs_operations_and_a_split_one_none() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = cornell(Traversal::BvhStack);
     let operations = |layout| {
         let replayed = replay(&traced.frame(), &config(layout), Maps::Kept, &|_, _| {}).expect("valid");
         let issue = replayed.counters.total().issue;
@@ -199,7 +155,7 @@ fn a_compact_layout_costs_operations_and_a_split_one_none() {
 
 #[test]
 fn an_estimate_names_its_bound_its_assumptions_and_what_is_left_out() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = cornell(Traversal::BvhStack);
     let frame = traced.frame();
     let config = config(PrimitiveLayout::Padded);
     let replayed = replay(&frame, &config, Maps::Kept, &|_, _| {}).expect("valid");

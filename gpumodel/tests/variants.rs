@@ -1,63 +1,27 @@
 //! Do techniques, layouts and orders differ in what they should differ in, and in nothing else?
 
+mod common;
+
+use common::{SIZE, Traced, config};
 use gpumodel::{
     FrameCounters, Gpu, Maps, NodeOrder, NodeRecords, Pass, PrimitiveLayout, PrimitiveOrder, ReplayConfig,
-    Replayed, ShaderCosts, TECHNIQUES, Technique, Value, estimate, replay, replay_all,
+    Replayed, TECHNIQUES, Value, estimate, replay, replay_all,
 };
-use scenes::{Light, Scene, Vec3};
-use tracer::{
-    AccelerationStructure, BuildOptions, Frame, FrameTracer, Ray, Rays, SceneIdentity, TileSource, Traversal,
-    View,
-};
+use tracer::{Frame, FrameTracer, Ray, Rays, TileSource, Traversal};
 
-/// Not a multiple of a tile, a warp or a quad.
-const SIZE: (u32, u32) = (75, 45);
 const PIXELS: u64 = SIZE.0 as u64 * SIZE.1 as u64;
 
-fn config(technique: &str) -> ReplayConfig {
-    ReplayConfig {
-        gpu: Gpu::builtin("adreno-540").expect("built in").expect("sound"),
-        costs: ShaderCosts::builtin().expect("sound"),
-        technique: Technique::builtin(technique).expect("built in").expect("sound"),
-        primitive_layout: PrimitiveLayout::Padded,
-        primitive_order: None,
-        node_records: NodeRecords::Packed,
-        node_order: NodeOrder::DepthFirst,
-    }
+fn teapot(traversal: Traversal) -> Traced {
+    Traced::new("teapot", traversal)
 }
 
-struct Traced {
-    scene: Scene,
-    lights: Vec<Vec3>,
-    structure: AccelerationStructure,
-    triangles: Vec<scenes::Triangle>,
-}
-
-impl Traced {
-    fn new(traversal: Traversal) -> Self {
-        let scene = scenes::load("teapot").expect("built in");
-        let lights = scene.lights.iter().map(|Light::Point { position, .. }| *position).collect();
-        let triangles = scene.triangles();
-        let structure =
-            AccelerationStructure::build(&triangles, traversal, &BuildOptions::default()).expect("valid");
-        Self { scene, lights, structure, triangles }
-    }
-
-    fn view(&self) -> View {
-        View::new(&self.scene.camera, SIZE.0, SIZE.1)
-    }
-
-    fn frame(&self) -> FrameTracer<'_> {
-        let identity = SceneIdentity { name: "teapot".to_owned(), hash: 0 };
-        let rays = Rays::View { view: self.view(), width: SIZE.0, height: SIZE.1 };
-        let options = BuildOptions::default();
-        FrameTracer::new(&self.structure, &options, &self.triangles, identity, rays, self.lights.clone())
-            .with_raster()
-    }
+/// The frame with what a rasteriser draws.
+fn frame(traced: &Traced) -> FrameTracer<'_> {
+    traced.frame().with_raster()
 }
 
 fn run(traced: &Traced, config: &ReplayConfig) -> Replayed {
-    replay(&traced.frame(), config, Maps::Kept, &|_, _| {}).expect("valid")
+    replay(&frame(traced), config, Maps::Kept, &|_, _| {}).expect("valid")
 }
 
 fn counters(traced: &Traced, config: &ReplayConfig) -> FrameCounters {
@@ -67,7 +31,7 @@ fn counters(traced: &Traced, config: &ReplayConfig) -> FrameCounters {
 #[test]
 fn variants_side_by_side_count_what_each_counts_alone() {
     for traversal in [Traversal::BvhStack, Traversal::KdBacktrack] {
-        let traced = Traced::new(traversal);
+        let traced = teapot(traversal);
         let mut configs: Vec<ReplayConfig> =
             TECHNIQUES.iter().map(|technique| config(technique.name)).collect();
         for layout in PrimitiveLayout::ALL {
@@ -76,7 +40,7 @@ fn variants_side_by_side_count_what_each_counts_alone() {
         for order in NodeOrder::ALL {
             configs.push(ReplayConfig { node_order: order, ..config("hybrid") });
         }
-        let together = replay_all(&traced.frame(), &configs, Maps::Kept, &|_, _| {}).expect("valid");
+        let together = replay_all(&frame(&traced), &configs, Maps::Kept, &|_, _| {}).expect("valid");
         for (config, together) in configs.iter().zip(together) {
             let alone = run(&traced, config);
             assert!(alone.counters == together.counters, "{}", config.technique.name);
@@ -87,10 +51,10 @@ fn variants_side_by_side_count_what_each_counts_alone() {
 
 #[test]
 fn dropping_the_maps_changes_no_counter() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = teapot(Traversal::BvhStack);
     for technique in TECHNIQUES {
         let config = config(technique.name);
-        let dropped = replay(&traced.frame(), &config, Maps::Dropped, &|_, _| {}).expect("valid");
+        let dropped = replay(&frame(&traced), &config, Maps::Dropped, &|_, _| {}).expect("valid");
         assert!(dropped.maps.is_none());
         assert!(dropped.counters == counters(&traced, &config), "{}", technique.name);
     }
@@ -98,7 +62,7 @@ fn dropping_the_maps_changes_no_counter() {
 
 #[test]
 fn maps_add_up_to_the_counters() {
-    let traced = Traced::new(Traversal::KdPushDown { short_stack: 0 });
+    let traced = teapot(Traversal::KdPushDown { short_stack: 0 });
     for technique in ["fragment", "hybrid"] {
         let Replayed { counters, maps, .. } = run(&traced, &config(technique));
         let maps = maps.expect("kept");
@@ -121,7 +85,7 @@ fn maps_add_up_to_the_counters() {
 #[test]
 fn hybrid_traces_the_same_shadow_rays_and_no_primary_ones() {
     for traversal in Traversal::ALL {
-        let traced = Traced::new(traversal);
+        let traced = teapot(traversal);
         let (fragment, hybrid) =
             (counters(&traced, &config("fragment")), counters(&traced, &config("hybrid")));
         assert_eq!(*hybrid.pass(Pass::Primary), gpumodel::PassCounters::default());
@@ -135,7 +99,7 @@ fn hybrid_traces_the_same_shadow_rays_and_no_primary_ones() {
 
 #[test]
 fn the_geometry_pass_reads_each_vertex_of_a_bin_once() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = teapot(Traversal::BvhStack);
     let hybrid = counters(&traced, &config("hybrid"));
     // 75x45 pixels are one bin: it needs no binning, and no list.
     assert_eq!(*hybrid.pass(Pass::Binning), gpumodel::PassCounters::default());
@@ -164,7 +128,7 @@ fn the_geometry_pass_reads_each_vertex_of_a_bin_once() {
 
 #[test]
 fn attachments_in_memory_are_written_and_read_once_per_pixel() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = teapot(Traversal::BvhStack);
     let (tile, memory) =
         (counters(&traced, &config("hybrid")), counters(&traced, &config("hybrid-resolved")));
     let written = |counters: &FrameCounters| counters.total().issue.output_bytes;
@@ -177,7 +141,7 @@ fn attachments_in_memory_are_written_and_read_once_per_pixel() {
 
 #[test]
 fn a_compute_stage_writes_an_image_that_a_quad_reads_as_a_texture() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = teapot(Traversal::BvhStack);
     let (fragment, compute) = (counters(&traced, &config("fragment")), counters(&traced, &config("compute")));
     let present = compute.pass(Pass::Present);
     assert_eq!(present.issue.output_bytes, PIXELS * 4);
@@ -198,7 +162,7 @@ fn a_compute_stage_writes_an_image_that_a_quad_reads_as_a_texture() {
 
 #[test]
 fn the_boxes_of_both_children_in_one_record_spare_a_fetch_and_the_leaves_records() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = teapot(Traversal::BvhStack);
     let packed = run(&traced, &config("fragment"));
     let wide = ReplayConfig { node_records: NodeRecords::ChildBoxes, ..config("fragment") };
     let wide = run(&traced, &wide);
@@ -209,9 +173,9 @@ fn the_boxes_of_both_children_in_one_record_spare_a_fetch_and_the_leaves_records
     let nodes = packed.structure_bytes / 32;
     assert_eq!(wide.structure_bytes, (nodes - 1) / 2 * 64);
 
-    let single = Traced::new(Traversal::BvhParentLink);
+    let single = teapot(Traversal::BvhParentLink);
     let refused = ReplayConfig { node_records: NodeRecords::ChildBoxes, ..config("fragment") };
-    let message = replay(&single.frame(), &refused, Maps::Dropped, &|_, _| {})
+    let message = replay(&frame(&single), &refused, Maps::Dropped, &|_, _| {})
         .expect_err("one box per step")
         .to_string();
     assert!(message.contains("one box per step") && message.contains("parent-link"), "{message}");
@@ -219,7 +183,7 @@ fn the_boxes_of_both_children_in_one_record_spare_a_fetch_and_the_leaves_records
 
 #[test]
 fn padded_node_records_take_more_room_and_no_more_loads() {
-    let traced = Traced::new(Traversal::BvhParentLink);
+    let traced = teapot(Traversal::BvhParentLink);
     let packed = run(&traced, &config("fragment"));
     let padded = run(&traced, &ReplayConfig { node_records: NodeRecords::Padded, ..config("fragment") });
     assert_eq!(padded.structure_bytes * 48, packed.structure_bytes * 64);
@@ -231,7 +195,7 @@ fn only_indexed_triangles_have_an_index_list() {
     for (traversal, usual) in
         [(Traversal::BvhStack, PrimitiveOrder::Leaf), (Traversal::KdStack, PrimitiveOrder::Indexed)]
     {
-        let traced = Traced::new(traversal);
+        let traced = teapot(traversal);
         let with = |order| counters(&traced, &ReplayConfig { primitive_order: order, ..config("fragment") });
         let [leaf, indexed] = [PrimitiveOrder::Leaf, PrimitiveOrder::Indexed].map(|order| with(Some(order)));
         assert_eq!(leaf.total().traffic.index, gpumodel::BufferTraffic::default());
@@ -243,18 +207,9 @@ fn only_indexed_triangles_have_an_index_list() {
 
 #[test]
 fn a_list_of_rays_cannot_be_rasterised_and_says_so() {
-    let traced = Traced::new(Traversal::BvhStack);
-    let identity = SceneIdentity { name: "teapot".to_owned(), hash: 0 };
+    let traced = teapot(Traversal::BvhStack);
     let rays: Vec<Ray> = (0..40).map(|x| traced.view().primary_ray(x, 20)).collect();
-    let options = BuildOptions::default();
-    let list = FrameTracer::new(
-        &traced.structure,
-        &options,
-        &traced.triangles,
-        identity,
-        Rays::List(rays),
-        Vec::new(),
-    );
+    let list = traced.tracer(Rays::List(rays), Vec::new());
     assert!(matches!(list.header().frame, Frame::List { .. }));
     let message =
         replay(&list, &config("hybrid"), Maps::Dropped, &|_, _| {}).expect_err("no image").to_string();
@@ -264,9 +219,9 @@ fn a_list_of_rays_cannot_be_rasterised_and_says_so() {
 
 #[test]
 fn phases_add_up_to_the_frame_and_passes_to_their_phase() {
-    let traced = Traced::new(Traversal::BvhStack);
+    let traced = teapot(Traversal::BvhStack);
     for technique in TECHNIQUES {
-        let (frame, config) = (traced.frame(), config(technique.name));
+        let (frame, config) = (frame(&traced), config(technique.name));
         let replayed = run(&traced, &config);
         let estimate = estimate(&replayed, frame.header(), frame.topology(), &config);
         let time =
