@@ -216,6 +216,10 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
 
 fn technique_assumptions(config: &ReplayConfig) -> Vec<String> {
     let mut sentences = Vec::new();
+    let estimates = config.technique.estimates();
+    if !estimates.is_empty() {
+        sentences.push(format!("Estimated figures of the technique: {}.", estimates.join(", ")));
+    }
     match config.technique.stage {
         Stage::Fragment if config.technique.raster.is_none() => sentences.push(
             "The hit, its shading and all rays of a pixel are one fragment shader; primary rays are traced, not rasterised."
