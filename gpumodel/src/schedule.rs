@@ -78,12 +78,15 @@ pub(crate) fn z_order(x: u32, y: u32) -> u32 {
 }
 
 /// Warps that a core holds at once, by the rule of Mesa's `ir3_get_reg_dependent_max_waves`:
-/// `vec4 / registers * granularity`, the quotient rounded down, and at most the slots.
+/// `vec4 / registers * granularity`, the quotient rounded down, and at most the slots. Where lanes are given registers in
+/// fixed numbers ([`Registers::sizes_vec4`](crate::Registers::sizes_vec4)), the next larger one counts.
 ///
 /// # Errors
 /// When a lane needs more registers than the file has.
 pub(crate) fn resident_warps(gpu: &Gpu, registers: u32, header: &TraceHeader) -> Result<u32, Error> {
-    let warps = gpu.registers.vec4 / registers * gpu.registers.granularity;
+    let sizes = &gpu.registers.sizes_vec4;
+    let given = sizes.iter().copied().find(|&size| size >= registers).or(sizes.last().copied());
+    let warps = gpu.registers.vec4 / given.unwrap_or(registers) * gpu.registers.granularity;
     if warps == 0 {
         return Err(Error::Trace {
             scene: header.scene.clone(),

@@ -16,7 +16,7 @@ fn gpu_error(from: &str, to: &str) -> (String, usize) {
 #[test]
 fn wrong_figures_are_refused_with_their_key_line_and_range() {
     for (from, to, key, expectation) in [
-        ("mhz = { value = 710", "mhz = { value = 0", "clock.mhz", "expected 1 to 100000"),
+        ("mhz = { value = 710", "mhz = { value = 0", "clock.mhz", "expected 0.000001 to 10000000"),
         ("mhz = { value = 710", "mhz = { value = -1.5", "clock.mhz", "is -1.5"),
         ("mhz = { value = 710", "mhz = { value = nan", "clock.mhz", "is NaN"),
         ("mhz = { value = 710", "mhz = { value = inf", "clock.mhz", "is inf"),

@@ -1,6 +1,6 @@
 //! A GPU, described and checked.
 
-use super::gpu_file::{CacheFile, FullWord, GpuFile, Per, PolicyFile, TilerFile, WaysFile};
+use super::gpu_file::{CacheFile, FullWord, GpuFile, Per, PolicyFile, RegistersFile, TilerFile, WaysFile};
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
 use crate::error::Error;
 use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineSize, Policy, Ways};
@@ -21,10 +21,12 @@ pub const GPUS: &[BuiltinGpu] =
 
 /// Smallest line or sector: the 16 bytes of one vec4 load never straddle two.
 const SMALLEST_LINE: u64 = 16;
+/// Lines that a unit or cache waits for at once.
+const IN_FLIGHT: RangeInclusive<u32> = 1..=65536;
 /// Most lanes of a warp: one bit each in a 64-bit mask.
 const WIDEST_WARP: u32 = 64;
-/// Positive figures are refused below and above these; both are far from any hardware.
-const RATE: RangeInclusive<f64> = 1e-3..=1e6;
+/// Positive figures are refused below and above these; both are far from any hardware, and far from where f64 loses them.
+const RATE: RangeInclusive<f64> = 1e-9..=1e9;
 
 /// A GPU: every figure checked, none defaulted.
 #[derive(Clone, Debug)]
@@ -37,8 +39,10 @@ pub struct Gpu {
     pub cores: ShaderCores,
     /// The register file of a core.
     pub registers: Registers,
-    /// The load/store port of a core.
+    /// The load/store unit of a core.
     pub load_store: LoadStore,
+    /// The texture unit of a core.
+    pub texture: TextureUnit,
     /// Caches from the cores to memory.
     pub caches: Vec<CacheLevel>,
     /// Caches that each kind of buffer goes through.
@@ -96,22 +100,48 @@ pub struct ShaderCores {
     pub alu_lanes: f64,
     /// Elementary functions per clock and core.
     pub efu_lanes: f64,
+    /// Which of the warps that could issue does.
+    pub scheduler: Scheduler,
+}
+
+/// Which of the warps that could issue does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheduler {
+    /// The one that has waited longest.
+    RoundRobin,
+    /// The one that issued last, until it has to wait; then the one that has been resident longest.
+    GreedyThenOldest,
 }
 
 /// The register file of a core.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Registers {
     /// Registers of four 32-bit words that share out among [`Self::granularity`] warps.
     pub vec4: u32,
     /// Warps that become resident together.
     pub granularity: u32,
+    /// Numbers of vec4 registers that a lane can be given, rising; empty where any number can. A lane that needs more than the
+    /// largest gets that, and keeps the rest in memory.
+    pub sizes_vec4: Vec<u32>,
 }
 
-/// The load/store port of a core.
+/// The load/store unit of a core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoadStore {
-    /// Bytes moved per clock.
+    /// Bytes moved to or from registers per clock.
     pub bytes_per_clock: u32,
+    /// Lines that can be on their way to the core at once.
+    pub lines_in_flight: u32,
+}
+
+/// The texture unit of a core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureUnit {
+    /// Bilinear samples of 32-bit texels per clock.
+    pub samples_per_clock: f64,
+    /// Lines that can be on their way to the unit at once.
+    pub lines_in_flight: u32,
 }
 
 /// One cache level, beyond what [`Gpu::levels`] says about it.
@@ -127,8 +157,12 @@ pub struct CacheLevel {
     pub line_bytes: u64,
     /// Cycles from a core's request to its data on a hit here, the way through all nearer levels included.
     pub latency_cycles: f64,
-    /// Bytes that each copy delivers per clock.
+    /// Bytes that each copy delivers per clock, all its banks together.
     pub bytes_per_clock: f64,
+    /// Banks of each copy; a line is in the one that its number modulo the banks names.
+    pub banks: u32,
+    /// Lines that each copy can be waiting for at once.
+    pub mshrs: u32,
 }
 
 /// What the counters call a cache level.
@@ -157,13 +191,17 @@ pub struct Paths {
 }
 
 /// System memory.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Dram {
+    /// Timings, banks and rows: the name of one of [`cachesim::DRAM_STANDARDS`].
+    pub standard: String,
+    /// Channels, which share the peak.
+    pub channels: u32,
     /// Bytes per second at best.
     pub peak_bytes_per_second: f64,
-    /// Share of the peak that can be reached.
+    /// Share of the peak that the way between the last cache and the memory lets through.
     pub efficiency: f64,
-    /// Seconds that a miss of the last cache waits.
+    /// Seconds that a miss of the last cache waits where nothing else does, the row that it opens included.
     pub latency_seconds: f64,
 }
 
@@ -225,7 +263,7 @@ impl Gpu {
                 title: raw.identity.title,
                 family: raw.identity.family,
             },
-            clock: Clock { hz: file.within("clock.mhz", &raw.clock.mhz, 1.0..=100_000.0)? * 1e6 },
+            clock: Clock { hz: file.within("clock.mhz", &raw.clock.mhz, 1e-6..=1e7)? * 1e6 },
             cores: ShaderCores {
                 count,
                 warp_width,
@@ -233,21 +271,38 @@ impl Gpu {
                 warp_slots: file.within("shader_cores.warp_slots", &cores.warp_slots, 1..=1024)?,
                 alu_lanes: file.within("shader_cores.alu_lanes", &cores.alu_lanes, RATE)?,
                 efu_lanes: file.within("shader_cores.efu_lanes", &cores.efu_lanes, RATE)?,
+                scheduler: *file.sourced("shader_cores.scheduler", &cores.scheduler)?,
             },
-            registers: Registers {
-                vec4: file.within("registers.vec4", &raw.registers.vec4, 1..=65536)?,
-                granularity: file.within("registers.granularity", &raw.registers.granularity, 1..=64)?,
-            },
+            registers: registers(&file, &raw.registers)?,
             load_store: LoadStore {
                 bytes_per_clock: file.within(
                     "load_store.bytes_per_clock",
                     &raw.load_store.bytes_per_clock,
                     1..=4096,
                 )?,
+                lines_in_flight: file.within(
+                    "load_store.lines_in_flight",
+                    &raw.load_store.lines_in_flight,
+                    IN_FLIGHT,
+                )?,
+            },
+            texture: TextureUnit {
+                samples_per_clock: file.within(
+                    "texture.samples_per_clock",
+                    &raw.texture.samples_per_clock,
+                    RATE,
+                )?,
+                lines_in_flight: file.within(
+                    "texture.lines_in_flight",
+                    &raw.texture.lines_in_flight,
+                    IN_FLIGHT,
+                )?,
             },
             caches,
             paths,
             dram: Dram {
+                standard: file.sourced("dram.standard", &raw.dram.standard)?.clone(),
+                channels: file.within("dram.channels", &raw.dram.channels, 1..=64)?,
                 peak_bytes_per_second: file.within("dram.peak_gbs", &raw.dram.peak_gbs, RATE)? * 1e9,
                 efficiency: file.within("dram.efficiency", &raw.dram.efficiency, 0.01..=1.0)?,
                 latency_seconds: file.within("dram.latency_ns", &raw.dram.latency_ns, RATE)? * 1e-9,
@@ -298,6 +353,20 @@ impl Paths {
     pub(crate) fn as_slices(&self) -> [&[usize]; 4] {
         [&self.ssbo, &self.texture, &self.private, &self.vertex]
     }
+}
+
+fn registers(file: &File<'_>, raw: &RegistersFile) -> Result<Registers, Error> {
+    let vec4 = file.within("registers.vec4", &raw.vec4, 1..=65536)?;
+    let key = "registers.sizes_vec4";
+    let sizes_vec4 = file.sourced(key, &raw.sizes_vec4)?;
+    let rising = sizes_vec4.windows(2).all(|pair| pair[0] < pair[1]);
+    if !rising || sizes_vec4.iter().any(|&size| size == 0 || size > vec4) {
+        let problem =
+            format!("is {sizes_vec4:?}, expected rising numbers from 1 to the {vec4} of registers.vec4");
+        return Err(file.refuse(key, &raw.sizes_vec4.value.span(), problem, "correct the list"));
+    }
+    let granularity = file.within("registers.granularity", &raw.granularity, 1..=64)?;
+    Ok(Registers { vec4, granularity, sizes_vec4: sizes_vec4.clone() })
 }
 
 fn tiler(file: &File<'_>, raw: &TilerFile) -> Result<Tiler, Error> {
@@ -384,6 +453,8 @@ fn caches(file: &File<'_>, raw: &[CacheFile], cores: u32) -> Result<(Levels, Vec
             line_bytes: line,
             latency_cycles: file.within(&key("latency_cycles"), &cache.latency_cycles, RATE)?,
             bytes_per_clock: file.within(&key("bytes_per_clock"), &cache.bytes_per_clock, RATE)?,
+            banks: file.within(&key("banks"), &cache.banks, 1..=256)?,
+            mshrs: file.within(&key("mshrs"), &cache.mshrs, IN_FLIGHT)?,
         });
     }
     let span = raw.first().map_or(0..0, |cache| cache.name.span());

@@ -1,6 +1,6 @@
 //! A GPU description as it stands in its TOML file.
 
-use super::gpu::{CacheRole, Family};
+use super::gpu::{CacheRole, Family, Scheduler};
 use super::sourced::Sourced;
 use cachesim::{WriteMiss, WritePolicy};
 use serde::Deserialize;
@@ -14,6 +14,7 @@ pub(super) struct GpuFile {
     pub(super) shader_cores: ShaderCoresFile,
     pub(super) registers: RegistersFile,
     pub(super) load_store: LoadStoreFile,
+    pub(super) texture: TextureFile,
     pub(super) cache: Vec<CacheFile>,
     pub(super) paths: PathsFile,
     pub(super) dram: DramFile,
@@ -44,6 +45,7 @@ pub(super) struct ShaderCoresFile {
     pub(super) warp_slots: Sourced<u32>,
     pub(super) alu_lanes: Sourced<f64>,
     pub(super) efu_lanes: Sourced<f64>,
+    pub(super) scheduler: Sourced<Scheduler>,
 }
 
 #[derive(Deserialize)]
@@ -51,12 +53,21 @@ pub(super) struct ShaderCoresFile {
 pub(super) struct RegistersFile {
     pub(super) vec4: Sourced<u32>,
     pub(super) granularity: Sourced<u32>,
+    pub(super) sizes_vec4: Sourced<Vec<u32>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LoadStoreFile {
     pub(super) bytes_per_clock: Sourced<u32>,
+    pub(super) lines_in_flight: Sourced<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TextureFile {
+    pub(super) samples_per_clock: Sourced<f64>,
+    pub(super) lines_in_flight: Sourced<u32>,
 }
 
 #[derive(Deserialize)]
@@ -73,6 +84,8 @@ pub(super) struct CacheFile {
     pub(super) write_miss: Sourced<WriteMiss>,
     pub(super) latency_cycles: Sourced<f64>,
     pub(super) bytes_per_clock: Sourced<f64>,
+    pub(super) banks: Sourced<u32>,
+    pub(super) mshrs: Sourced<u32>,
 }
 
 /// Whether a cache is private.
@@ -118,6 +131,8 @@ pub(super) struct PathsFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DramFile {
+    pub(super) standard: Sourced<String>,
+    pub(super) channels: Sourced<u32>,
     pub(super) peak_gbs: Sourced<f64>,
     pub(super) efficiency: Sourced<f64>,
     pub(super) latency_ns: Sourced<f64>,
