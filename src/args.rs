@@ -369,6 +369,9 @@ pub(crate) struct MachineArgs {
     /// In which order nodes lie in memory [default: depth-first].
     #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
     pub(crate) node_order: Option<String>,
+    /// How time is found: warps in turns and what they ask of each resource, or event by event, slower [default: replay].
+    #[arg(long, value_name = "RUNG", value_parser = PossibleValuesParser::new(gpumodel::Fidelity::ALL.map(gpumodel::Fidelity::name)))]
+    pub(crate) fidelity: Option<String>,
     /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
     #[arg(long, value_name = "FILE")]
     pub(crate) costs: Option<PathBuf>,

@@ -5,7 +5,7 @@ use crate::figures::with_figures;
 use crate::output::read_text;
 use anyhow::{anyhow, bail};
 use gpumodel::{
-    GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, ReplayConfig, ShaderCosts,
+    Fidelity, GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, ReplayConfig, ShaderCosts,
     TECHNIQUES, Technique,
 };
 use std::path::Path;
@@ -29,8 +29,17 @@ pub(crate) struct Machine {
 
 impl Machine {
     pub(crate) fn new(args: &MachineArgs) -> anyhow::Result<Self> {
-        let MachineArgs { gpu, set, technique, layout, primitive_order, node_records, node_order, costs } =
-            args;
+        let MachineArgs {
+            gpu,
+            set,
+            technique,
+            layout,
+            primitive_order,
+            node_records,
+            node_order,
+            fidelity,
+            costs,
+        } = args;
         let (gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
         let technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
         let primitive_layout = choice(
@@ -53,6 +62,8 @@ impl Machine {
         )?;
         let node_order =
             choice("--node-order", node_order, NodeOrder::from_name, &NodeOrder::ALL.map(NodeOrder::name))?;
+        let fidelity =
+            choice("--fidelity", fidelity, Fidelity::from_name, &Fidelity::ALL.map(Fidelity::name))?;
         let (costs, costs_hash) = match costs {
             None => (ShaderCosts::parse(BUILTIN_COSTS, "configs/costs.toml")?, hash(BUILTIN_COSTS)),
             Some(path) => {
@@ -68,6 +79,7 @@ impl Machine {
             primitive_order,
             node_records: node_records.unwrap_or_default(),
             node_order: node_order.unwrap_or_default(),
+            fidelity: fidelity.unwrap_or_default(),
         };
         Ok(Self { config, gpu_name, gpu_hash, costs_hash })
     }

@@ -67,7 +67,10 @@ pub(crate) fn answers<S: TileSource>(
         let run = Run {
             wall_s: meter.wall_s(),
             peak_rss_bytes: meter::peak_rss_bytes(),
-            fidelity: Fidelity::Replay,
+            fidelity: match machine.config.fidelity {
+                gpumodel::Fidelity::Replay => Fidelity::Replay,
+                gpumodel::Fidelity::Timed => Fidelity::Timed,
+            },
             sampled_fraction: 1.0,
             threads: rayon::current_num_threads() as u32,
             load_s: before.load_s,

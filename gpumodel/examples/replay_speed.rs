@@ -80,6 +80,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         primitive_order: None,
         node_records: NodeRecords::Packed,
         node_order: NodeOrder::DepthFirst,
+        fidelity: gpumodel::Fidelity::Replay,
     };
     let (start, cpu_start) = (Instant::now(), cpu_seconds());
     let replayed = replay(&recorded, &config, Maps::Dropped, &|_, _| {})?;

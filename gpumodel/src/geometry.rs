@@ -69,7 +69,7 @@ pub(crate) fn check(header: &TraceHeader) -> Result<[u32; 2], Error> {
     }
 }
 
-/// Emits binning and the geometry pass, stream by stream; `draws` are those of each tile.
+/// Emits binning and the geometry pass, stream by stream, each with the pass that it belongs to; `draws` are those of each tile.
 ///
 /// # Errors
 /// As [`check`].
@@ -79,7 +79,7 @@ pub(crate) fn run(
     config: &ReplayConfig,
     raster: Raster,
     program: &Program,
-    emit: &mut dyn FnMut(TileStream),
+    emit: &mut dyn FnMut(Pass, TileStream),
 ) -> Result<(), Error> {
     let [width, height] = check(header)?;
     let ReplayConfig { gpu, costs, .. } = config;
@@ -102,7 +102,7 @@ pub(crate) fn run(
         pass.run(Pass::Binning, all, crate::config::VECTOR_BYTES, costs.shared.vertex_position);
         let issue = pass.emitter.issue(Pass::Binning);
         issue.bin_list_bytes += bins.iter().map(list_bytes).sum::<u64>();
-        pass.hand_on();
+        pass.hand_on(Pass::Binning);
     }
     let width = u64::from(gpu.cores.warp_width);
     for bin in &bins {
@@ -110,13 +110,20 @@ pub(crate) fn run(
         let issue = pass.emitter.issue(Pass::Geometry);
         issue.covered_fragments += bin.covered;
         issue.bin_list_bytes += if bins.len() > 1 { list_bytes(bin) } else { 0 };
-        program.spend(costs.shared.geometry, (bin.quads * 4).div_ceil(width), bin.passed, issue);
-        pass.hand_on();
+        let fragment_warps = (bin.quads * 4).div_ceil(width);
+        program.spend(costs.shared.geometry, fragment_warps, bin.passed, issue);
+        if program.keeps_turns {
+            for _ in 0..fragment_warps {
+                pass.emitter.spend(costs.shared.geometry);
+                pass.emitter.end_warp(program);
+            }
+        }
+        pass.hand_on(Pass::Geometry);
     }
     if raster.attachments == Attachments::Memory {
         let issue = pass.emitter.issue(Pass::Geometry);
         issue.output_bytes += header.frame.rays() * u64::from(attachments);
-        pass.hand_on();
+        pass.hand_on(Pass::Geometry);
     }
     Ok(())
 }
@@ -150,7 +157,7 @@ struct Vertices<'a> {
     program: &'a Program,
     raster: Raster,
     emitter: Emitter,
-    emit: &'a mut dyn FnMut(TileStream),
+    emit: &'a mut dyn FnMut(Pass, TileStream),
 }
 
 impl Vertices<'_> {
@@ -175,18 +182,18 @@ impl Vertices<'_> {
                 lanes += 1;
                 total += 1;
                 if lanes == gpu.cores.warp_width {
-                    self.warp(pass, &mut lines);
+                    self.warp(pass, cost, &mut lines);
                     lanes = 0;
                     warps_in_batch += 1;
                 }
             }
             if warps_in_batch >= BATCH_WARPS {
                 warps_in_batch = 0;
-                self.hand_on();
+                self.hand_on(pass);
             }
         }
         if lanes > 0 {
-            self.warp(pass, &mut lines);
+            self.warp(pass, cost, &mut lines);
         }
         let issue = self.emitter.issue(pass);
         issue.vertices += total;
@@ -196,16 +203,17 @@ impl Vertices<'_> {
     }
 
     /// One warp's vertices, in as many runs as their lines need.
-    fn warp(&mut self, pass: Pass, lines: &mut Vec<u32>) {
+    fn warp(&mut self, pass: Pass, cost: crate::Cost, lines: &mut Vec<u32>) {
+        self.emitter.spend(cost);
         for run in lines.chunks(64) {
             self.emitter.fetch(self.program, pass, BufferKind::Vertex, run);
         }
-        self.emitter.end_warp();
+        self.emitter.end_warp(self.program);
         lines.clear();
     }
 
-    fn hand_on(&mut self) {
-        (self.emit)(self.emitter.take(self.program, &Default::default()));
+    fn hand_on(&mut self, of: Pass) {
+        (self.emit)(of, self.emitter.take(self.program, &Default::default()));
     }
 }
 

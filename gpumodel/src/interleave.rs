@@ -29,7 +29,7 @@ impl KindPaths {
     }
 
     /// A compute stage stores into an image as into a storage buffer; it is read as a texture.
-    fn of(&self, kind: BufferKind, write: bool) -> PathId {
+    pub(crate) fn of(&self, kind: BufferKind, write: bool) -> PathId {
         match kind {
             BufferKind::Node | BufferKind::Primitive | BufferKind::Index | BufferKind::Normal => self.ssbo,
             BufferKind::Image | BufferKind::Attachment if write => self.ssbo,

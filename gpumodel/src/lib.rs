@@ -8,6 +8,7 @@
 mod closed_forms;
 mod config;
 mod counters;
+mod engine;
 mod error;
 mod estimate;
 mod geometry;
@@ -17,6 +18,7 @@ mod layout;
 mod mock;
 mod replay;
 mod schedule;
+mod timed;
 mod warp;
 
 pub use config::{
@@ -31,4 +33,5 @@ pub use counters::{
 pub use error::Error;
 pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, estimate};
 pub use layout::{BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
-pub use replay::{Maps, ReplayConfig, Replayed, replay, replay_all};
+pub use replay::{Fidelity, Maps, ReplayConfig, Replayed, replay, replay_all};
+pub use timed::{TimedFrame, TimedPhase, WarpCycles};

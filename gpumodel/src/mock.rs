@@ -103,6 +103,7 @@ pub(crate) fn config(gpu: Gpu) -> ReplayConfig {
         primitive_order: None,
         node_records: NodeRecords::Packed,
         node_order: NodeOrder::AsBuilt,
+        fidelity: crate::replay::Fidelity::Replay,
     }
 }
 

@@ -9,10 +9,12 @@
 use crate::config::{Gpu, ShaderCosts, Technique};
 use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters};
 use crate::error::Error;
+use crate::engine::{Engine, Finished};
 use crate::geometry;
-use crate::interleave::{Interleaver, KindPaths};
+use crate::interleave::KindPaths;
 use crate::layout::{BufferBytes, Buffers, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
 use crate::schedule::{HELPER, LaneMap, resident_warps};
+use crate::timed::TimedFrame;
 use crate::warp::{Emitter, Program, Stepper, TileStream};
 use cachesim::Hierarchy;
 use rayon::prelude::*;
@@ -23,6 +25,34 @@ use tracer::{Frame, Tile, TileDraw, TileRect, TileSource, TraceHeader};
 
 /// Tiles of a batch per thread.
 const TILES_PER_THREAD: u32 = 4;
+
+/// How time is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Fidelity {
+    /// Warps take turns; time comes from what they ask of each resource.
+    #[default]
+    Replay,
+    /// Warps, caches and memory are simulated event by event.
+    Timed,
+}
+
+impl Fidelity {
+    /// All, the quickest first.
+    pub const ALL: [Self; 2] = [Self::Replay, Self::Timed];
+
+    /// Its name on the command line and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Replay => "replay",
+            Self::Timed => "timed",
+        }
+    }
+
+    /// The rung of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|fidelity| fidelity.name() == name)
+    }
+}
 
 /// What a trace is replayed on.
 #[derive(Clone, Debug)]
@@ -41,6 +71,8 @@ pub struct ReplayConfig {
     pub node_records: NodeRecords,
     /// In which order nodes lie in memory.
     pub node_order: NodeOrder,
+    /// How time is found.
+    pub fidelity: Fidelity,
 }
 
 /// A frame's counts.
@@ -56,6 +88,8 @@ pub struct Replayed {
     pub buffers: BufferBytes,
     /// Warps that a core holds at once.
     pub resident_warps: u32,
+    /// When what happened, where it was asked for.
+    pub timed: Option<TimedFrame>,
 }
 
 /// Whether a replay also keeps what each pixel cost.
@@ -279,7 +313,7 @@ struct Variant<'a> {
     config: &'a ReplayConfig,
     program: Arc<Program>,
     lane_map: LaneMap,
-    interleaver: Interleaver,
+    engine: Engine,
     resident_warps: u32,
     counters: FrameCounters,
     maps: Option<HeatMaps>,
@@ -310,7 +344,7 @@ impl<'a> Variant<'a> {
             hierarchy.granule(paths.ssbo),
             hierarchy.granule(paths.private),
         )?;
-        let interleaver = Interleaver::new(gpu, hierarchy, paths, &buffers, resident_warps, maps);
+        let engine = Engine::new(config, hierarchy, paths, &buffers, resident_warps, maps)?;
         let program = Arc::new(Program::new(header, buffers, config)?);
         let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
         let empty = || empty_map(header.frame);
@@ -320,7 +354,7 @@ impl<'a> Variant<'a> {
             warp_misses: empty(),
         });
         let counters = FrameCounters::default();
-        Ok(Self { config, program, lane_map, interleaver, resident_warps, counters, maps })
+        Ok(Self { config, program, lane_map, engine, resident_warps, counters, maps })
     }
 
     /// Takes the next tile of the traced pass.
@@ -330,30 +364,35 @@ impl<'a> Variant<'a> {
             paint(&mut maps.node_fetches, rect, &tile.node_fetches);
             paint(&mut maps.loaded_bytes, rect, &tile.loaded_bytes);
         }
-        self.interleaver.push(&tile.stream);
-        self.interleaver.run_ahead();
+        self.engine.push(&tile.stream);
+        self.engine.run_ahead();
     }
 
     fn finish<S: TileSource>(mut self, source: &S, draws: &[Vec<TileDraw>]) -> Result<Replayed, Error> {
         let header = source.header();
         let frame = header.frame;
-        self.interleaver.drain();
+        self.engine.drain(Pass::Primary);
         if let Some(maps) = &mut self.maps {
-            paint_warps(&mut maps.warp_misses, frame, &self.lane_map, self.interleaver.misses_by_warp());
+            paint_warps(&mut maps.warp_misses, frame, &self.lane_map, self.engine.misses_by_warp());
         }
         if let Some(raster) = self.config.technique.raster {
-            let Self { config, program, interleaver, counters, .. } = &mut self;
-            geometry::run(header, draws, config, raster, program, &mut |stream| {
+            let Self { config, program, engine, counters, .. } = &mut self;
+            let mut before = None;
+            geometry::run(header, draws, config, raster, program, &mut |pass, stream| {
+                if let Some(before) = before.replace(pass).filter(|&before| before != pass) {
+                    engine.drain(before);
+                }
                 add_issue(counters, &stream);
-                interleaver.push(&Arc::new(stream));
-                interleaver.run_ahead();
+                engine.push(&Arc::new(stream));
+                engine.run_ahead();
             })?;
+            engine.drain(Pass::Geometry);
         }
         if self.config.technique.present.is_some() {
             self.present(frame);
         }
-        let Self { program, interleaver, resident_warps, mut counters, maps, .. } = self;
-        let (traffic, flush, schedule) = interleaver.finish();
+        let Self { program, engine, resident_warps, mut counters, maps, .. } = self;
+        let Finished { traffic, flush, schedule, timed } = engine.finish();
         for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
             pass.traffic = traffic;
         }
@@ -361,12 +400,12 @@ impl<'a> Variant<'a> {
         counters.schedule = schedule;
         counters.stalls = source.stalls();
         let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
-        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps })
+        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps, timed })
     }
 
     /// The full-screen quad that draws the image of a compute stage.
     fn present(&mut self, frame: Frame) {
-        let Self { config, program, interleaver, counters, .. } = self;
+        let Self { config, program, engine, counters, .. } = self;
         let lane_map = LaneMap::new(&config.gpu, frame, crate::config::Stage::Fragment);
         let mut emitter = Emitter::new();
         for index in 0..frame.tiles() {
@@ -378,15 +417,14 @@ impl<'a> Variant<'a> {
                 lanes += rays.iter().filter(|&&ray| ray != HELPER).count() as u64;
             }
             let issue = emitter.issue(Pass::Present);
-            let mut cost = config.costs.shared.present;
-            cost += config.costs.shared.address;
-            program.spend(cost, warps, lanes, issue);
+            program.spend(program.present, warps, lanes, issue);
             issue.output_bytes += lanes * u64::from(config.gpu.output.bytes_per_pixel);
             let stream = emitter.take(program, &Default::default());
             add_issue(counters, &stream);
-            interleaver.push(&Arc::new(stream));
-            interleaver.run_ahead();
+            engine.push(&Arc::new(stream));
+            engine.run_ahead();
         }
+        engine.drain(Pass::Present);
     }
 }
 

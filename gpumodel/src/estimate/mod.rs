@@ -95,10 +95,12 @@ pub fn estimate(
     for phase in PHASES {
         let of_phase: Vec<Demand> = phase.iter().map(|&pass| demands[pass as usize]).collect();
         let Some((place, bound)) = largest(&Demand::total(&of_phase)) else { continue };
+        let timed = replayed.timed.as_ref().map(|frame| frame.seconds(phase, config.gpu.clock.hz));
         for &pass in phase {
             deciding[pass as usize] = bound.name;
             seconds[pass as usize] =
-                demands[pass as usize].bounds().get(place).map_or(0.0, |bound| bound.seconds);
+                demands[pass as usize].bounds().get(place).map_or(0.0, |bound| bound.seconds)
+                    * timed.map_or(1.0, |timed| timed / bound.seconds);
         }
         if bound.seconds > longest.0 {
             longest = (bound.seconds, bound.name);

@@ -124,6 +124,8 @@ pub(crate) struct Buffers {
     pub(crate) image_base: u64,
     /// Bytes from attachment to attachment.
     pub(crate) image_bytes: u64,
+    /// Address in bytes of what follows the last buffer.
+    pub(crate) end: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -251,6 +253,7 @@ impl Buffers {
             vertex_base: raster_base,
             image_base,
             image_bytes,
+            end: next,
         })
     }
 

@@ -3,7 +3,8 @@
 use super::distinct::Distinct;
 use super::program::{INDEX_BYTES, NodeReads, Program};
 use super::steps::{TileTally, WarpStep, WarpSteps};
-use super::stream::{Run, StreamWriter, TileStream};
+use super::stream::{Run, StreamWriter, TileStream, Turn};
+use crate::config::Cost;
 use crate::counters::{IssueCounters, Pass};
 use crate::layout::{BufferKind, PIXEL_BYTES, Reads, STACK_ENTRY_BYTES, VEC4_BYTES};
 use crate::schedule::{HELPER, z_order};
@@ -14,6 +15,7 @@ pub(crate) struct Emitter {
     distinct: Distinct,
     writer: StreamWriter,
     warp_ends: Vec<usize>,
+    turns: Turns,
     issue: [IssueCounters; Pass::COUNT],
 }
 
@@ -23,6 +25,7 @@ impl Emitter {
             distinct: Distinct::new(),
             writer: StreamWriter::new(),
             warp_ends: Vec::new(),
+            turns: Turns::default(),
             issue: [IssueCounters::default(); Pass::COUNT],
         }
     }
@@ -46,8 +49,12 @@ impl Emitter {
                 RayKind::Primary => Pass::Primary,
                 RayKind::Shadow => Pass::Shadow,
             };
-            for step in warp.steps(set) {
-                self.step(program, pass, step)?;
+            if program.keeps_turns {
+                self.timed_steps(program, pass, warp, set)?;
+            } else {
+                for step in warp.steps(set) {
+                    self.step(program, pass, step)?;
+                }
             }
             // Shading comes between the primary ray and those that start at its hit.
             if kind == RayKind::Primary && warp.shaded_lanes > 0 {
@@ -55,22 +62,56 @@ impl Emitter {
                 let triangles = &warp.shaded;
                 let records =
                     locate(triangles, &mut records, "triangle", |triangle| buffers.shading(triangle))?;
+                self.turns.spend(program.shade);
                 let mut output = self.part(program, Pass::Output);
                 output.read_records(BufferKind::Normal, buffers.shading_reads, records, warp.shaded_lanes);
                 output.end_turn(true);
             }
         }
+        self.turns.spend(program.output);
         if program.writes_image {
             self.pixels(program, Pass::Output, BufferKind::Image, &warp.rays, index, rect);
         }
-        self.end_warp();
+        if !program.writes_image {
+            let pixels = warp.rays.iter().filter(|&&ray| ray != HELPER).count() as u32;
+            self.turns.open.output_bytes += pixels * program.output_bytes;
+        }
+        self.end_warp(program);
+        Ok(())
+    }
+
+    /// The steps of a ray set, with what each costs. Loop control, and steps that touch no memory, are shared out evenly.
+    fn timed_steps(
+        &mut self,
+        program: &Program,
+        pass: Pass,
+        warp: &WarpSteps,
+        set: usize,
+    ) -> Result<(), String> {
+        if warp.sets[set].traced {
+            self.turns.spend(program.setup(program.kinds[set]));
+        }
+        let (overhead, steps) = program.overhead(&warp.sets[set]);
+        let share = |cost: u32, step: u64| (u64::from(cost) * step / steps.max(1)) as u32;
+        for (index, step) in (0..).zip(warp.steps(set)) {
+            let of = |cost: u32| share(cost, index + 1) - share(cost, index);
+            self.turns.spend(program.step_cost(step));
+            self.turns.spend(Cost { alu: of(overhead.alu), efu: of(overhead.efu) });
+            self.step(program, pass, step)?;
+        }
+        if steps == 0 {
+            self.turns.spend(overhead);
+        }
         Ok(())
     }
 
     /// A warp of a full-screen quad that reads the image.
     pub(crate) fn present(&mut self, program: &Program, rays: &[u32], index: u32, rect: TileRect) {
+        self.turns.spend(program.present);
         self.pixels(program, Pass::Present, BufferKind::Image, rays, index, rect);
-        self.end_warp();
+        let pixels = rays.iter().filter(|&&ray| ray != HELPER).count() as u32;
+        self.turns.open.output_bytes += pixels * program.output_bytes;
+        self.end_warp(program);
     }
 
     /// A run of lines that fixed-function hardware reads.
@@ -79,11 +120,23 @@ impl Emitter {
         let found = part.distinct.filter(lines.iter().copied(), part.writer.lines());
         part.writer.push(Run::new(pass, kind, false, found, 1));
         part.counters.line_accesses += found as u64;
+        if program.keeps_turns {
+            part.turns.load(found as u32);
+        }
         part.end_turn(true);
     }
 
-    pub(crate) fn end_warp(&mut self) {
+    /// The next warp begins. Its last turn may be one without loads and stores.
+    pub(crate) fn end_warp(&mut self, program: &Program) {
         self.warp_ends.push(self.writer.len());
+        if program.keeps_turns {
+            self.turns.end_warp();
+        }
+    }
+
+    /// The warp issues `cost` before its next loads and stores.
+    pub(crate) fn spend(&mut self, cost: Cost) {
+        self.turns.spend(cost);
     }
 
     /// The counters of a pass, for what is not counted by warps.
@@ -97,13 +150,15 @@ impl Emitter {
         TileStream {
             words: self.writer.take(),
             warp_ends: std::mem::take(&mut self.warp_ends),
+            turns: std::mem::take(&mut self.turns.done),
+            turn_ends: std::mem::take(&mut self.turns.warp_ends),
             issue: std::mem::take(&mut self.issue),
         }
     }
 
     fn part<'a>(&'a mut self, program: &'a Program, pass: Pass) -> Part<'a> {
-        let Self { distinct, writer, issue, .. } = self;
-        Part { program, distinct, writer, counters: &mut issue[pass as usize], pass }
+        let Self { distinct, writer, turns, issue, .. } = self;
+        Part { program, distinct, writer, turns, counters: &mut issue[pass as usize], pass }
     }
 
     /// Every lane reads or writes its pixel of an image, or reads it of every attachment.
@@ -151,11 +206,44 @@ impl Emitter {
     }
 }
 
+/// The turns of the tile's warps, where they are kept.
+#[derive(Default)]
+struct Turns {
+    done: Vec<Turn>,
+    warp_ends: Vec<usize>,
+    /// Not ended yet.
+    open: Turn,
+}
+
+impl Turns {
+    fn spend(&mut self, cost: Cost) {
+        self.open.alu += cost.alu;
+        self.open.efu += cost.efu;
+    }
+
+    fn load(&mut self, port_cycles: u32) {
+        self.open.port_cycles += port_cycles;
+        self.open.runs += 1;
+    }
+
+    fn end(&mut self, waits: bool) {
+        self.done.push(Turn { waits, ..std::mem::take(&mut self.open) });
+    }
+
+    fn end_warp(&mut self) {
+        if self.open != Turn::default() {
+            self.end(false);
+        }
+        self.warp_ends.push(self.done.len());
+    }
+}
+
 /// What a warp does in one pass.
 struct Part<'a> {
     program: &'a Program,
     distinct: &'a mut Distinct,
     writer: &'a mut StreamWriter,
+    turns: &'a mut Turns,
     counters: &'a mut IssueCounters,
     pass: Pass,
 }
@@ -179,6 +267,9 @@ impl Part<'_> {
         self.counters.line_accesses += repeats * lines;
         self.counters.lane_bytes += repeats * u64::from(bytes);
         self.counters.load_store_cycles += repeats * u64::from(port_cycles);
+        if self.program.keeps_turns {
+            self.turns.load(repeats as u32 * port_cycles);
+        }
     }
 
     /// All loads of one record of `active` lanes, whose distinct addresses are `records`.
@@ -201,6 +292,9 @@ impl Part<'_> {
     fn end_turn(&mut self, waits: bool) {
         self.writer.end_turn();
         self.counters.memory_waits += u64::from(waits);
+        if self.program.keeps_turns {
+            self.turns.end(waits);
+        }
     }
 
     #[inline(always)]

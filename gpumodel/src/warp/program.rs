@@ -4,12 +4,12 @@
 //! writes its colour. The warp reconverges between these parts. With a rasterised hit the first part is another pass's, and
 //! the lane begins with the position and normal that it reads back.
 
-use super::steps::{Tally, TileTally};
+use super::steps::{SetSteps, Tally, TileTally, WarpStep};
 use crate::config::Cost;
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
 use crate::layout::{Buffers, NodeRecords, PrimitiveLayout, Reads, VEC4_BYTES};
-use crate::replay::ReplayConfig;
+use crate::replay::{Fidelity, ReplayConfig};
 use tracer::{NodeFetch, Op, RayKind, TraceHeader};
 
 /// Bytes of an index list's entry.
@@ -24,21 +24,25 @@ pub(crate) struct Program {
     pub(super) nodes: NodeReads,
     /// Where a traversal keeps a stack in memory.
     pub(super) stack_entries: u32,
+    /// Streams say what each turn costs.
+    pub(crate) keeps_turns: bool,
     step_costs: [Cost; Op::ALL.len()],
     /// Address arithmetic of one node record.
     record_cost: Cost,
     trip: Cost,
     primary_setup: Cost,
     shadow_setup: Cost,
-    shade: Cost,
-    output: Cost,
+    pub(super) shade: Cost,
+    pub(super) output: Cost,
+    /// Of a full-screen quad that reads an image.
+    pub(crate) present: Cost,
     /// Primary rays are traced, and hits shaded from their triangles.
     traces_primary: bool,
     /// Attachments read as textures before shading.
     pub(super) attachments: u32,
     /// The colour goes to an image rather than to tile memory.
     pub(super) writes_image: bool,
-    output_bytes: u32,
+    pub(super) output_bytes: u32,
     pub(super) image_line_shift: u32,
     pub(super) texture_line_shift: u32,
 }
@@ -93,6 +97,7 @@ impl Program {
                 (NodeFetch::Pair, _) => NodeReads::Pair,
             },
             stack_entries: header.stack_entries,
+            keeps_turns: config.fidelity == Fidelity::Timed,
             step_costs,
             record_cost: shared.address.times(buffers.node_reads.loads),
             trip: shared.trip,
@@ -103,6 +108,7 @@ impl Program {
                 with_loads(shared.output, attachments + u32::from(writes_image)),
                 if technique.raster.is_some() { shared.unproject } else { Cost::default() },
             ]),
+            present: with_loads(shared.present, 1),
             traces_primary: technique.raster.is_none(),
             attachments,
             writes_image,
@@ -147,11 +153,11 @@ impl Program {
     /// What the warps of a tile issued, from how often they took each step.
     pub(super) fn issue(&self, tally: &TileTally, issue: &mut [IssueCounters; Pass::COUNT]) {
         for (set, &kind) in tally.sets.iter().zip(&self.kinds).filter(|&(_, &kind)| self.traces(kind)) {
-            let (pass, setup) = match kind {
-                RayKind::Primary => (Pass::Primary, self.primary_setup),
-                RayKind::Shadow => (Pass::Shadow, self.shadow_setup),
+            let pass = match kind {
+                RayKind::Primary => Pass::Primary,
+                RayKind::Shadow => Pass::Shadow,
             };
-            self.issue_set(set, setup, &mut issue[pass as usize]);
+            self.issue_set(set, self.setup(kind), &mut issue[pass as usize]);
         }
         let output = &mut issue[Pass::Output as usize];
         output.shaded += tally.shaded_lanes;
@@ -193,6 +199,46 @@ impl Program {
         issue.restarts += of(Op::Restart).1;
         issue.pushes += of(Op::Push).1;
         issue.pops += of(Op::Pop).1;
+    }
+
+    /// What a warp issues for a step that touches memory.
+    pub(super) fn step_cost(&self, step: WarpStep<'_>) -> Cost {
+        let siblings = u32::from(step.lanes > step.root_lanes);
+        let records = match (step.op, self.nodes) {
+            (Op::Up, _) | (Op::Node, NodeReads::One) => 1,
+            (Op::Node, NodeReads::Pair) => 1 + siblings,
+            (Op::Node, NodeReads::Parent) => siblings,
+            _ => 0,
+        };
+        sum(&[self.step_costs[step.op as usize], self.record_cost.times(records)])
+    }
+
+    /// What a warp issues for one ray set besides its steps that touch memory, and the number of those.
+    pub(super) fn overhead(&self, set: &SetSteps) -> (Cost, u64) {
+        let mut cost = self.trip.times(set.trips as u32);
+        let mut steps = 0;
+        for op in Op::ALL {
+            let taken = set.taken[op as usize];
+            let touches = match op {
+                Op::Restart => false,
+                Op::Push | Op::Pop => self.stack_entries > 0,
+                _ => true,
+            };
+            if touches {
+                steps += taken;
+            } else {
+                cost += self.step_costs[op as usize].times(taken as u32);
+            }
+        }
+        (cost, steps)
+    }
+
+    /// What a warp issues before the steps of a ray set.
+    pub(super) fn setup(&self, kind: RayKind) -> Cost {
+        match kind {
+            RayKind::Primary => self.primary_setup,
+            RayKind::Shadow => self.shadow_setup,
+        }
     }
 
     /// `warps` issued `cost`, for `lanes` of their lanes.

@@ -44,13 +44,24 @@ pub(crate) struct TileTally {
 #[derive(Debug, Default)]
 pub(crate) struct WarpSteps {
     words: Vec<u32>,
-    /// Where the steps of each ray set lie in `words`.
-    pub(crate) sets: Vec<Range<usize>>,
+    pub(crate) sets: Vec<SetSteps>,
     /// Distinct triangles to shade, and for how many lanes.
     pub(crate) shaded: Vec<u32>,
     pub(crate) shaded_lanes: u32,
     /// The ray of each lane within the tile, or [`HELPER`].
     pub(crate) rays: Vec<u32>,
+}
+
+/// The steps of one ray set.
+#[derive(Debug, Default)]
+pub(crate) struct SetSteps {
+    words: Range<usize>,
+    /// Whether the warp traced any ray of the set.
+    pub(crate) traced: bool,
+    /// Trips of loops.
+    pub(crate) trips: u64,
+    /// Steps by [`Op`], those among them that touch no memory and so are not in the words.
+    pub(crate) taken: [u64; Op::ALL.len()],
 }
 
 /// A step of a warp.
@@ -74,7 +85,7 @@ impl WarpSteps {
     /// The steps of one ray set.
     #[inline]
     pub(crate) fn steps(&self, set: usize) -> impl Iterator<Item = WarpStep<'_>> {
-        let mut words = &self.words[self.sets[set].clone()];
+        let mut words = &self.words[self.sets[set].words.clone()];
         std::iter::from_fn(move || {
             let (&header, rest) = words.split_first()?;
             let op = Op::ALL[(header >> OP_SHIFT) as usize];
@@ -142,18 +153,25 @@ impl Stepper {
             let start = warp.words.len();
             let traced = || lanes().filter(|&(_, &ray)| is_traced(set, kind, primary_hits, ray as usize));
             let count = if wanted[index] { traced().count() } else { 0 };
+            let tally = &mut tally.sets[index];
+            let (trips, taken) = (tally.warp_trips, tally.warp_steps);
             if count > 0 {
-                let tally = &mut tally.sets[index];
                 tally.warps += 1;
                 tally.rays += count as u64;
                 let ranges = traced().map(|(lane, &ray)| {
                     let range = set.range(ray as usize);
                     (lane, range.start as u32, range.end as u32)
                 });
-                let mut body = Recorder { stack_in_memory, words: &mut warp.words, distinct, tally };
+                let mut body =
+                    Recorder { stack_in_memory, words: &mut warp.words, distinct, tally: &mut *tally };
                 lockstep.run(header.loop_structure, &set.steps, ranges, &mut body)?;
             }
-            warp.sets.push(start..warp.words.len());
+            warp.sets.push(SetSteps {
+                words: start..warp.words.len(),
+                traced: count > 0,
+                trips: tally.warp_trips - trips,
+                taken: std::array::from_fn(|op| tally.warp_steps[op] - taken[op]),
+            });
         }
         let hits = primary_hits.unwrap_or(&[]);
         let of_lanes = lanes().filter_map(|(_, &ray)| hits.get(ray as usize).copied());

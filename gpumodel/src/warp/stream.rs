@@ -10,8 +10,29 @@ pub(crate) struct TileStream {
     pub(crate) words: Vec<u32>,
     /// Where each warp's words end.
     pub(crate) warp_ends: Vec<usize>,
+    /// What each turn costs, warp after warp; empty unless the program keeps them.
+    pub(crate) turns: Vec<Turn>,
+    /// Where each warp's turns end.
+    pub(crate) turn_ends: Vec<usize>,
     /// By [`Pass`].
     pub(crate) issue: [IssueCounters; Pass::COUNT],
+}
+
+/// What a warp does between two waits: it computes, then issues loads and stores.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Turn {
+    /// Instructions of the warp on the ALU.
+    pub(crate) alu: u32,
+    /// Instructions of the warp on the elementary function unit.
+    pub(crate) efu: u32,
+    /// Cycles of the load/store port.
+    pub(crate) port_cycles: u32,
+    /// Bytes that the warp sends to DRAM past the caches: its pixels of tile memory.
+    pub(crate) output_bytes: u32,
+    /// Runs of the stream that belong to it.
+    pub(crate) runs: u16,
+    /// The next turn needs what was loaded.
+    pub(crate) waits: bool,
 }
 
 /// One load or store of a warp, or several that touch the same lines in the same order.
@@ -82,6 +103,12 @@ impl TileStream {
     pub(crate) fn warp(&self, index: usize) -> Range<usize> {
         let start = if index == 0 { 0 } else { self.warp_ends[index - 1] };
         start..self.warp_ends[index]
+    }
+
+    /// The turns of warp `index`.
+    pub(crate) fn turns(&self, index: usize) -> Range<usize> {
+        let start = if index == 0 { 0 } else { self.turn_ends[index - 1] };
+        start..self.turn_ends[index]
     }
 }
 

@@ -17,6 +17,7 @@ pub(crate) fn config(technique: &str) -> ReplayConfig {
         primitive_order: None,
         node_records: NodeRecords::Packed,
         node_order: NodeOrder::DepthFirst,
+        fidelity: gpumodel::Fidelity::Replay,
     }
 }
 

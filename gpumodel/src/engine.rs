@@ -1,0 +1,95 @@
+//! What runs the warps of a frame: in turns, or event by event.
+
+use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
+use crate::error::Error;
+use crate::interleave::{Interleaver, KindPaths};
+use crate::layout::Buffers;
+use crate::replay::{Fidelity, Maps, ReplayConfig};
+use crate::timed::{Machine, TimedFrame};
+use crate::warp::TileStream;
+use cachesim::Hierarchy;
+use std::sync::Arc;
+
+/// Runs the warps of a frame. Matched once per tile.
+#[expect(clippy::large_enum_variant, reason = "there is one per variant of a frame")]
+pub(crate) enum Engine {
+    Interleaved(Interleaver),
+    Timed(Machine),
+}
+
+/// What an engine did in a frame.
+#[derive(Clone, Debug)]
+pub(crate) struct Finished {
+    /// By [`Pass`].
+    pub(crate) traffic: [TrafficCounters; Pass::COUNT],
+    /// Dirty lines written back after the last access.
+    pub(crate) flush: BufferTraffic,
+    pub(crate) schedule: ScheduleCounters,
+    pub(crate) timed: Option<TimedFrame>,
+}
+
+impl Engine {
+    /// # Errors
+    /// When the GPU's memory cannot be as described.
+    pub(crate) fn new(
+        config: &ReplayConfig,
+        hierarchy: Hierarchy,
+        paths: KindPaths,
+        buffers: &Buffers,
+        resident_warps: u32,
+        maps: Maps,
+    ) -> Result<Self, Error> {
+        let gpu = &config.gpu;
+        Ok(match config.fidelity {
+            Fidelity::Replay => {
+                Self::Interleaved(Interleaver::new(gpu, hierarchy, paths, buffers, resident_warps, maps))
+            }
+            Fidelity::Timed => {
+                Self::Timed(Machine::new(gpu, hierarchy, paths, buffers, resident_warps, maps)?)
+            }
+        })
+    }
+
+    /// Queues the warps of a tile.
+    pub(crate) fn push(&mut self, stream: &Arc<TileStream>) {
+        match self {
+            Self::Interleaved(interleaver) => interleaver.push(stream),
+            Self::Timed(machine) => machine.push(stream),
+        }
+    }
+
+    /// Goes on as far as it can without knowing what is queued next.
+    pub(crate) fn run_ahead(&mut self) {
+        match self {
+            Self::Interleaved(interleaver) => interleaver.run_ahead(),
+            Self::Timed(machine) => machine.run_ahead(),
+        }
+    }
+
+    /// Goes on to the end of the last warp: what is queued afterwards begins on empty cores. `pass` is the first of what ends.
+    pub(crate) fn drain(&mut self, pass: Pass) {
+        match self {
+            Self::Interleaved(interleaver) => interleaver.drain(),
+            Self::Timed(machine) => machine.drain(pass),
+        }
+    }
+
+    /// Lines that each warp read from memory, by its number.
+    pub(crate) fn misses_by_warp(&self) -> &[u32] {
+        match self {
+            Self::Interleaved(interleaver) => interleaver.misses_by_warp(),
+            Self::Timed(machine) => machine.misses_by_warp(),
+        }
+    }
+
+    /// Writes dirty lines back; everything has been drained.
+    pub(crate) fn finish(self) -> Finished {
+        match self {
+            Self::Interleaved(interleaver) => {
+                let (traffic, flush, schedule) = interleaver.finish();
+                Finished { traffic, flush, schedule, timed: None }
+            }
+            Self::Timed(machine) => machine.finish(),
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! A shader core: who computes, and who uses the load/store unit.
+
+use super::events::Promises;
+use crate::config::{Gpu, Scheduler};
+use crate::warp::TileStream;
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, VecDeque};
+use std::sync::Arc;
+
+/// Rates of all cores.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rates {
+    /// Warps that compute at once.
+    pub(super) servers: u32,
+    /// Cycles of one instruction of a warp on the ALU.
+    pub(super) alu_cycles: f64,
+    /// Cycles of one instruction of a warp on the elementary function unit.
+    pub(super) efu_cycles: f64,
+    /// Lines on their way to a core, at most.
+    pub(super) lines_in_flight: usize,
+}
+
+impl Rates {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let cores = &gpu.cores;
+        let width = f64::from(cores.warp_width);
+        let servers = (cores.alu_lanes / width).floor().clamp(1.0, 1024.0);
+        Self {
+            servers: servers as u32,
+            alu_cycles: servers * width / cores.alu_lanes,
+            efu_cycles: width / cores.efu_lanes,
+            lines_in_flight: gpu.load_store.lines_in_flight as usize,
+        }
+    }
+}
+
+/// A resident warp.
+pub(super) struct Warp {
+    pub(super) stream: Arc<TileStream>,
+    /// The next run, and where the runs end.
+    pub(super) word: usize,
+    /// The turn at work, and where the turns end.
+    pub(super) turn: usize,
+    pub(super) turn_end: usize,
+    /// The order in which warps came.
+    pub(super) number: u64,
+    /// Loads of this turn whose end is not known.
+    pub(super) pending: u32,
+    /// When the data arrive that are known to.
+    pub(super) data_at: f64,
+    /// The loads and stores of the turn have been issued.
+    pub(super) issued: bool,
+    /// Since when it is in the state that it is in.
+    pub(super) since: f64,
+}
+
+/// A turn in the load/store unit.
+#[derive(Clone, Copy)]
+pub(super) struct Issue {
+    pub(super) place: u32,
+    /// When its next line goes out.
+    pub(super) at: f64,
+    pub(super) cycles_per_line: f64,
+    /// When the port is done with it, unless it has to wait.
+    pub(super) ends: f64,
+    pub(super) runs_left: u16,
+    pub(super) line_in_run: usize,
+}
+
+pub(super) struct Core {
+    ready: Ready,
+    /// Warps computing.
+    pub(super) computing: u32,
+    /// When the elementary function unit is free.
+    pub(super) efu_free: f64,
+    /// Warps that wait for the load/store unit.
+    pub(super) queue: VecDeque<u32>,
+    pub(super) issue: Option<Issue>,
+    /// Lines on their way: those whose arrival is known, and the number of others.
+    pub(super) arriving: Promises<()>,
+    pub(super) lines_pending: usize,
+    /// The load/store unit waits for a line to arrive.
+    pub(super) stalled: bool,
+}
+
+/// Warps that could compute.
+enum Ready {
+    RoundRobin(VecDeque<u32>),
+    /// By the order in which they came, and the place.
+    OldestFirst(BinaryHeap<Reverse<(u64, u32)>>),
+}
+
+impl Core {
+    pub(super) fn new(scheduler: Scheduler) -> Self {
+        Self {
+            ready: match scheduler {
+                Scheduler::RoundRobin => Ready::RoundRobin(VecDeque::new()),
+                Scheduler::GreedyThenOldest => Ready::OldestFirst(BinaryHeap::new()),
+            },
+            computing: 0,
+            efu_free: 0.0,
+            queue: VecDeque::new(),
+            issue: None,
+            arriving: Promises::default(),
+            lines_pending: 0,
+            stalled: false,
+        }
+    }
+
+    pub(super) fn make_ready(&mut self, place: u32, number: u64) {
+        match &mut self.ready {
+            Ready::RoundRobin(queue) => queue.push_back(place),
+            Ready::OldestFirst(heap) => heap.push(Reverse((number, place))),
+        }
+    }
+
+    pub(super) fn take_ready(&mut self) -> Option<u32> {
+        match &mut self.ready {
+            Ready::RoundRobin(queue) => queue.pop_front(),
+            Ready::OldestFirst(heap) => heap.pop().map(|Reverse((_, place))| place),
+        }
+    }
+
+    /// Lines on their way at `now`.
+    pub(super) fn lines_in_flight(&mut self, now: f64) -> usize {
+        while self.arriving.pop_due(now).is_some() {}
+        self.arriving.len() + self.lines_pending
+    }
+}

@@ -1,0 +1,488 @@
+//! Caches, the way to memory, and memory, with time.
+//!
+//! What a cache holds is decided when a request is issued, by the exact simulation of [`cachesim`]. When its data arrive
+//! depends on the banks it passes, on lines that are already on their way, which it joins, on free MSHRs, on the bandwidth
+//! of the way to memory, and on the memory controller.
+
+use super::events::{Event, Events, Promises};
+use crate::config::Gpu;
+use crate::error::Error;
+use crate::layout::{BufferKind, Buffers};
+use crate::interleave::KindPaths;
+use crate::warp::Run;
+use cachesim::{Done, Dram, DramConfig, DramStandard, Hierarchy, LineId, MAX_LEVELS};
+use std::collections::{HashMap, VecDeque};
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// No warp waits for it.
+const NOBODY: u32 = u32::MAX;
+/// The tag of a request whose end nobody awaits.
+const POSTED: u32 = u32::MAX;
+
+/// What a load of a warp hears of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Reply {
+    /// The data arrive then.
+    At(f64),
+    /// That is not known yet; [`Memory::arrivals`] will tell.
+    Later,
+}
+
+/// Requests to the caches and to memory.
+pub(super) struct Memory {
+    hierarchy: Hierarchy,
+    routes: Vec<Option<Route>>,
+    levels: Vec<Level>,
+    requests: Vec<Request>,
+    free_requests: Vec<u32>,
+    /// The way between the last cache and memory.
+    fabric_free: f64,
+    fabric_cycles_per_byte: f64,
+    /// Cycles of the way there and back, without what the memory itself takes.
+    fabric_latency: f64,
+    dram: Dram,
+    cycles_per_ps: f64,
+    done: Vec<Done>,
+    /// Warps whose data arrive, and when; to be emptied after every call.
+    pub(super) arrivals: Vec<(u32, f64)>,
+    /// Reads on their way to or from memory.
+    pub(super) reads_outstanding: u32,
+    /// Lines read from memory since this was last taken.
+    pub(super) missed: u32,
+    /// By run key, as the interleaver counts them.
+    pub(super) traffic: Vec<crate::counters::BufferTraffic>,
+}
+
+/// How the lines of a run reach the caches.
+struct Route {
+    path: cachesim::PathId,
+    /// Indices of levels.
+    levels: Vec<usize>,
+    /// Cycles that each level of the path adds to the way through the nearer ones.
+    latencies: Vec<f64>,
+    line_shift: u32,
+    write: bool,
+    /// First line, and lines per place, of a private buffer; 0 for others.
+    private: (u64, u64),
+}
+
+struct Level {
+    line_shift: u32,
+    /// Cycles that a bank is busy with a line.
+    line_cycles: f64,
+    mshrs: usize,
+    cores_per_copy: u32,
+    copies: Vec<CacheCopy>,
+}
+
+#[derive(Default)]
+struct CacheCopy {
+    /// When each bank is free.
+    banks: Vec<f64>,
+    /// Lines on their way here.
+    fills: HashMap<u64, Fill, BuildHasherDefault<LineHasher>>,
+    /// When those of them arrive that are known.
+    known: Promises<u64>,
+    /// Requests that wait for an MSHR, and how far along their path they are.
+    blocked: VecDeque<(u32, usize)>,
+}
+
+enum Fill {
+    At(f64),
+    /// These requests wait for it too.
+    Pending(Vec<u32>),
+}
+
+/// A line of a run on its way.
+#[derive(Clone, Copy)]
+struct Request {
+    place: u32,
+    core: u32,
+    key: u32,
+    address: u64,
+    /// Levels of its path that do not hold it.
+    missed: usize,
+    /// Levels of its path whose MSHR it has.
+    held: usize,
+    /// Bytes that it reads from memory.
+    bytes: u32,
+    write: bool,
+    /// When it would be through the levels that it has passed.
+    at: f64,
+}
+
+impl Memory {
+    pub(super) fn new(
+        gpu: &Gpu,
+        hierarchy: Hierarchy,
+        paths: KindPaths,
+        buffers: &Buffers,
+    ) -> Result<Self, Error> {
+        let standard = DramStandard::builtin(&gpu.dram.standard)
+            .expect("the description was checked")
+            .map_err(|error| refused(gpu, &error))?;
+        let config = DramConfig {
+            standard,
+            channels: gpu.dram.channels,
+            bytes_per_second: gpu.dram.peak_bytes_per_second,
+            queue: CONTROLLER_QUEUE,
+        };
+        let dram = Dram::new(&config).map_err(|error| refused(gpu, &error))?;
+        let cycles_per_ps = gpu.clock.hz * 1e-12;
+        let idle = dram.idle_read_latency_ps() as f64 * cycles_per_ps;
+        let route = |key: usize| {
+            let (_, kind, write) = Run::of_key(key)?;
+            let path = paths.of(kind, write);
+            let levels = hierarchy.path(path).to_vec();
+            let of = |position: usize| gpu.caches[levels[position]].latency_cycles;
+            let latencies = (0..levels.len())
+                .map(|position| of(position) - if position == 0 { 0.0 } else { of(position - 1) })
+                .map(|latency| latency.max(0.0))
+                .collect();
+            let private = match kind {
+                BufferKind::Stack => (u64::from(buffers.stack_base_line), u64::from(buffers.stack_stride_lines)),
+                _ => (0, 0),
+            };
+            Some(Route { path, latencies, line_shift: hierarchy.granule(path).log2(), levels, write, private })
+        };
+        let levels = gpu.caches.iter().map(|cache| Level {
+            line_shift: cache.line_bytes.ilog2(),
+            line_cycles: cache.line_bytes as f64 * f64::from(cache.banks) / cache.bytes_per_clock,
+            mshrs: cache.mshrs as usize,
+            cores_per_copy: gpu.cores.count / cache.copies,
+            copies: (0..cache.copies)
+                .map(|_| CacheCopy { banks: vec![0.0; cache.banks as usize], ..CacheCopy::default() })
+                .collect(),
+        });
+        let bandwidth = gpu.dram.peak_bytes_per_second * gpu.dram.efficiency;
+        Ok(Self {
+            routes: (0..Run::KEYS).map(route).collect(),
+            levels: levels.collect(),
+            hierarchy,
+            requests: Vec::new(),
+            free_requests: Vec::new(),
+            fabric_free: 0.0,
+            fabric_cycles_per_byte: gpu.clock.hz / bandwidth,
+            fabric_latency: (gpu.dram.latency_seconds * gpu.clock.hz - idle).max(0.0),
+            dram,
+            cycles_per_ps,
+            done: Vec::new(),
+            arrivals: Vec::new(),
+            reads_outstanding: 0,
+            missed: 0,
+            traffic: vec![Default::default(); Run::KEYS],
+        })
+    }
+
+    /// A line of a load or store that is issued `repeats` times at `at`, on behalf of the warp at `place`. `now` is the start
+    /// of the warp's turn at the port.
+    pub(super) fn access(
+        &mut self,
+        (now, at): (f64, f64),
+        (place, core): (u32, u32),
+        run: Run,
+        line: u32,
+        events: &mut Events,
+    ) -> Reply {
+        let key = run.key();
+        let Some(route) = &self.routes[key] else { return Reply::At(at) };
+        let (base, stride) = route.private;
+        let line = base + u64::from(place) * stride + u64::from(line);
+        let (id, unit) = ([LineId::new(line)], core.min(self.hierarchy.units() - 1));
+        let served = if route.write {
+            self.hierarchy.write(route.path, unit, &id)
+        } else {
+            self.hierarchy.read(route.path, unit, &id)
+        };
+        let again = u64::from(run.repeats()) - 1;
+        let traffic = &mut self.traffic[key];
+        traffic.levels[route.levels[0]].accesses += again;
+        for (&level, served) in route.levels.iter().zip(&served.levels) {
+            traffic.levels[level].accesses += served.accesses;
+            traffic.levels[level].misses += served.misses;
+        }
+        self.missed += served.memory.reads as u32;
+        traffic.dram_read_bytes += served.memory.read_bytes;
+        traffic.dram_write_bytes += served.memory.write_bytes;
+
+        let address = line << route.line_shift;
+        let missed = served.levels[..MAX_LEVELS].iter().take_while(|level| level.misses > 0).count();
+        let request = Request {
+            place: if route.write { NOBODY } else { place },
+            core,
+            key: key as u32,
+            address,
+            missed: if served.memory.reads > 0 { route.levels.len() } else { missed.min(route.levels.len() - 1) },
+            held: 0,
+            bytes: served.memory.read_bytes as u32,
+            write: false,
+            at,
+        };
+        let reply = if route.write {
+            for (&level, served) in route.levels.iter().zip(&served.levels) {
+                if served.accesses > 0 {
+                    let level = &mut self.levels[level];
+                    level.reserve(core, address, now, level.line_cycles);
+                }
+            }
+            if served.memory.reads > 0 {
+                self.to_memory(request, events);
+            }
+            Reply::At(at)
+        } else {
+            self.descend(request, None, 0, (now, at), run.repeats(), events)
+        };
+        if served.memory.writes > 0 {
+            let bytes = served.memory.write_bytes as u32;
+            self.to_memory(Request { place: NOBODY, write: true, bytes, ..request }, events);
+        }
+        reply
+    }
+
+    /// Takes a request down its path from `position` on. It is kept, under `number` if it has one, where its end is not known.
+    fn descend(
+        &mut self,
+        mut request: Request,
+        number: Option<u32>,
+        position: usize,
+        (now, mut at): (f64, f64),
+        repeats: u32,
+        events: &mut Events,
+    ) -> Reply {
+        let Some(route) = &self.routes[request.key as usize] else { return Reply::At(at) };
+        // A request that waited for an MSHR has been through the bank.
+        let mut through = number.is_some();
+        for position in position..route.levels.len() {
+            let index = route.levels[position];
+            let level = &mut self.levels[index];
+            let first = position == 0;
+            if !std::mem::take(&mut through) {
+                let arrives = if first { now } else { at };
+                let cycles = level.line_cycles * if first { f64::from(repeats) } else { 1.0 };
+                let begins = level.reserve(request.core, request.address, arrives, cycles);
+                at = at.max(begins) + route.latencies[position];
+            }
+            request.at = at;
+            let line = request.address >> level.line_shift;
+            let copy_index = request.core / level.cores_per_copy;
+            let copy = &mut level.copies[copy_index as usize];
+            copy.forget(now);
+            match copy.fills.get_mut(&line) {
+                Some(Fill::At(arrival)) => {
+                    let arrival = arrival.max(at);
+                    return self.end(request, number, arrival, events);
+                }
+                Some(Fill::Pending(waiters)) => {
+                    let slot = keep(&mut self.requests, &mut self.free_requests, request, number);
+                    waiters.push(slot);
+                    return Reply::Later;
+                }
+                None => {}
+            }
+            if position >= request.missed {
+                return self.end(request, number, at, events);
+            }
+            if copy.fills.len() >= level.mshrs {
+                let slot = keep(&mut self.requests, &mut self.free_requests, request, number);
+                copy.blocked.push_back((slot, position));
+                if let Some(at) = copy.known.next_at() {
+                    events.push(at.max(now), Event::Unblock(index as u32, copy_index));
+                }
+                return Reply::Later;
+            }
+            copy.fills.insert(line, Fill::Pending(Vec::new()));
+            request.held = position + 1;
+        }
+        self.reads_outstanding += 1;
+        let slot = keep(&mut self.requests, &mut self.free_requests, request, number);
+        self.send(slot, events);
+        Reply::Later
+    }
+
+    /// The end of a request is known: so is that of all that wait for the same lines.
+    fn end(&mut self, request: Request, number: Option<u32>, arrival: f64, events: &mut Events) -> Reply {
+        if let Some(number) = number {
+            self.free_requests.push(number);
+        }
+        let mut waiting = Vec::new();
+        self.release(&request, arrival, &mut waiting, events);
+        while let Some(number) = waiting.pop() {
+            let request = self.requests[number as usize];
+            self.free_requests.push(number);
+            let arrival = arrival.max(request.at);
+            self.release(&request, arrival, &mut waiting, events);
+            self.arrivals.push((request.place, arrival));
+        }
+        if number.is_some() && request.place != NOBODY {
+            self.arrivals.push((request.place, arrival));
+        }
+        Reply::At(arrival)
+    }
+
+    /// Promises the MSHRs of a request for `arrival`, and collects those who wait for its lines.
+    fn release(&mut self, request: &Request, arrival: f64, waiting: &mut Vec<u32>, events: &mut Events) {
+        let Some(route) = &self.routes[request.key as usize] else { return };
+        for &index in &route.levels[..request.held] {
+            let level = &mut self.levels[index];
+            let line = request.address >> level.line_shift;
+            let copy_index = request.core / level.cores_per_copy;
+            let copy = &mut level.copies[copy_index as usize];
+            if let Some(Fill::Pending(waiters)) = copy.fills.insert(line, Fill::At(arrival)) {
+                waiting.extend(waiters);
+            }
+            copy.known.push(arrival, line);
+            if !copy.blocked.is_empty() {
+                events.push(arrival, Event::Unblock(index as u32, copy_index));
+            }
+        }
+    }
+
+    /// An MSHR of a cache may be free again.
+    pub(super) fn unblock(&mut self, now: f64, index: u32, copy_index: u32, events: &mut Events) {
+        loop {
+            let level = &mut self.levels[index as usize];
+            let copy = &mut level.copies[copy_index as usize];
+            copy.forget(now);
+            if copy.fills.len() >= level.mshrs {
+                if let (false, Some(at)) = (copy.blocked.is_empty(), copy.known.next_at()) {
+                    events.push(at, Event::Unblock(index, copy_index));
+                }
+                return;
+            }
+            let Some((number, position)) = copy.blocked.pop_front() else { return };
+            let mut request = self.requests[number as usize];
+            request.held = position;
+            let at = request.at.max(now);
+            self.descend(request, Some(number), position, (now, at), 1, events);
+        }
+    }
+
+    fn to_memory(&mut self, request: Request, events: &mut Events) {
+        let slot = keep(&mut self.requests, &mut self.free_requests, request, None);
+        self.send(slot, events);
+    }
+
+    /// Bytes that go to memory past the caches.
+    pub(super) fn write_past_caches(&mut self, at: f64, address: u64, bytes: u32, events: &mut Events) {
+        let request =
+            Request { place: NOBODY, core: 0, key: 0, address, missed: 0, held: 0, bytes, write: true, at };
+        self.to_memory(request, events);
+    }
+
+    fn send(&mut self, number: u32, events: &mut Events) {
+        let request = &self.requests[number as usize];
+        let begins = request.at.max(self.fabric_free);
+        self.fabric_free = begins + f64::from(request.bytes) * self.fabric_cycles_per_byte;
+        events.push(begins + self.fabric_latency, Event::Memory(number));
+    }
+
+    /// A request arrives at the controller.
+    pub(super) fn submit(&mut self, now: f64, number: u32) {
+        let Request { place, address, bytes, write, .. } = self.requests[number as usize];
+        let awaited = place != NOBODY;
+        if !awaited {
+            self.free_requests.push(number);
+        }
+        let now = self.to_ps(now);
+        self.dram.submit(now, address, bytes, write, if awaited { number } else { POSTED });
+    }
+
+    /// When the memory has something to do or to tell.
+    pub(super) fn next_at(&self) -> Option<f64> {
+        self.dram.next_event().map(|ps| ps as f64 * self.cycles_per_ps)
+    }
+
+    /// Lets the memory go on up to its next event.
+    pub(super) fn advance(&mut self, events: &mut Events) {
+        let Some(until) = self.dram.next_event() else { return };
+        let mut done = std::mem::take(&mut self.done);
+        self.dram.advance(until, &mut done);
+        for Done { at_ps, tag } in done.drain(..) {
+            if tag == POSTED {
+                continue;
+            }
+            self.reads_outstanding -= 1;
+            let request = self.requests[tag as usize];
+            self.end(request, Some(tag), at_ps as f64 * self.cycles_per_ps, events);
+        }
+        self.done = done;
+    }
+
+    pub(super) fn dram(&self) -> &Dram {
+        &self.dram
+    }
+
+    pub(super) fn flush(&mut self) -> cachesim::Served {
+        self.hierarchy.flush()
+    }
+
+    fn to_ps(&self, cycles: f64) -> u64 {
+        (cycles / self.cycles_per_ps) as u64
+    }
+}
+
+impl Level {
+    /// When a line begins to be served that arrives at `at`.
+    fn reserve(&mut self, core: u32, address: u64, at: f64, cycles: f64) -> f64 {
+        let copy = &mut self.copies[(core / self.cores_per_copy) as usize];
+        let bank = (address >> self.line_shift) as usize % copy.banks.len();
+        let free = &mut copy.banks[bank];
+        let begins = free.max(at);
+        *free = begins + cycles;
+        begins
+    }
+}
+
+impl CacheCopy {
+    /// Lines that have arrived are on their way no more.
+    fn forget(&mut self, now: f64) {
+        while let Some(line) = self.known.pop_due(now) {
+            if matches!(self.fills.get(&line), Some(&Fill::At(at)) if at <= now) {
+                self.fills.remove(&line);
+            }
+        }
+    }
+}
+
+fn keep(requests: &mut Vec<Request>, free: &mut Vec<u32>, request: Request, number: Option<u32>) -> u32 {
+    let number = number.or_else(|| free.pop()).unwrap_or(requests.len() as u32);
+    match requests.get_mut(number as usize) {
+        Some(place) => *place = request,
+        None => requests.push(request),
+    }
+    number
+}
+
+fn refused(gpu: &Gpu, error: &cachesim::Error) -> Error {
+    Error::Config {
+        file: gpu.name().to_owned(),
+        line: None,
+        key: "dram: ".to_owned(),
+        problem: error.to_string(),
+        remedy: "correct [dram]".to_owned(),
+    }
+}
+
+/// Requests that a controller's scheduler sees.
+const CONTROLLER_QUEUE: u32 = 64;
+
+/// Line numbers are spread by one multiplication (Fibonacci hashing).
+#[derive(Default)]
+struct LineHasher(u64);
+
+impl Hasher for LineHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u64(u64::from(byte));
+        }
+    }
+
+    fn write_u64(&mut self, value: u64) {
+        self.0 = (self.0 ^ value).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        self.0 ^= self.0 >> 32;
+    }
+}
