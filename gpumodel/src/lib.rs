@@ -16,6 +16,7 @@ mod interleave;
 mod layout;
 #[cfg(test)]
 mod mock;
+pub mod queueing;
 mod replay;
 mod schedule;
 mod timed;
