@@ -1,6 +1,6 @@
 //! What runs the warps of a frame: in turns, or event by event.
 
-use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
+use crate::counters::{BufferTraffic, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters};
 use crate::error::Error;
 use crate::interleave::{Interleaver, KindPaths};
 use crate::layout::Buffers;
@@ -18,13 +18,14 @@ pub(crate) enum Engine {
 }
 
 /// What an engine did in a frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Finished {
     /// By [`Pass`].
     pub(crate) traffic: [TrafficCounters; Pass::COUNT],
     /// Dirty lines written back after the last access.
     pub(crate) flush: BufferTraffic,
     pub(crate) schedule: ScheduleCounters,
+    pub(crate) occupancy: Vec<PhaseOccupancy>,
     pub(crate) timed: Option<TimedFrame>,
 }
 
@@ -69,7 +70,7 @@ impl Engine {
     /// Goes on to the end of the last warp: what is queued afterwards begins on empty cores. `pass` is the first of what ends.
     pub(crate) fn drain(&mut self, pass: Pass) {
         match self {
-            Self::Interleaved(interleaver) => interleaver.drain(),
+            Self::Interleaved(interleaver) => interleaver.drain(pass),
             Self::Timed(machine) => machine.drain(pass),
         }
     }
@@ -85,10 +86,7 @@ impl Engine {
     /// Writes dirty lines back; everything has been drained.
     pub(crate) fn finish(self) -> Finished {
         match self {
-            Self::Interleaved(interleaver) => {
-                let (traffic, flush, schedule) = interleaver.finish();
-                Finished { traffic, flush, schedule, timed: None }
-            }
+            Self::Interleaved(interleaver) => interleaver.finish(),
             Self::Timed(machine) => machine.finish(),
         }
     }

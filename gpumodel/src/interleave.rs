@@ -5,12 +5,13 @@
 //! stores up to its next wait. The order of turns is the order in which the caches see the accesses.
 
 use crate::config::Gpu;
-use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
+use crate::counters::{BufferTraffic, Occupancy, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters};
+use crate::engine::Finished;
 use crate::layout::{BufferKind, Buffers};
 use crate::replay::Maps;
 use crate::warp::{Run, TileStream};
 use cachesim::{Hierarchy, LineId, PathId, Policy, Served};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 /// Paths through the caches, as the hierarchy numbers them.
@@ -74,10 +75,47 @@ pub(crate) struct Interleaver {
     occupied: Vec<usize>,
     waiting: VecDeque<Warp>,
     schedule: ScheduleCounters,
+    occupancy: OccupancyLog,
     /// Lines that each warp read from memory, by its number; empty where no maps are kept.
     misses: Vec<u32>,
     maps: Maps,
     next_number: u32,
+}
+
+/// How long how many warps were resident, phase by phase.
+#[derive(Default)]
+struct OccupancyLog {
+    phases: Vec<PhaseOccupancy>,
+    /// By cores that have a warp, and warps.
+    ticks: BTreeMap<(u32, u32), u64>,
+    last: (u32, u32),
+    ticks_of_last: u64,
+}
+
+impl OccupancyLog {
+    fn tick(&mut self, cores: u32, warps: u32) {
+        if (cores, warps) != self.last {
+            self.keep();
+            self.last = (cores, warps);
+        }
+        self.ticks_of_last += 1;
+    }
+
+    fn keep(&mut self) {
+        if self.ticks_of_last > 0 {
+            *self.ticks.entry(self.last).or_default() += std::mem::take(&mut self.ticks_of_last);
+        }
+    }
+
+    fn end_phase(&mut self, first: Pass) {
+        self.keep();
+        let levels = std::mem::take(&mut self.ticks).into_iter();
+        let levels: Vec<_> =
+            levels.map(|((cores, warps), ticks)| Occupancy { cores, warps, ticks }).collect();
+        if !levels.is_empty() {
+            self.phases.push(PhaseOccupancy { first, levels });
+        }
+    }
 }
 
 /// The caches, and lines gathered for them.
@@ -157,6 +195,7 @@ impl Interleaver {
             occupied: vec![0; cores],
             waiting: VecDeque::new(),
             schedule: ScheduleCounters::default(),
+            occupancy: OccupancyLog::default(),
             misses: Vec::new(),
             maps,
             next_number: 0,
@@ -198,18 +237,18 @@ impl Interleaver {
         }
     }
 
-    /// Runs to the end of the last warp: what is queued afterwards begins on empty cores.
-    pub(crate) fn drain(&mut self) {
+    /// Runs to the end of the last warp: what is queued afterwards begins on empty cores. `pass` is the first of what ends.
+    pub(crate) fn drain(&mut self, pass: Pass) {
         self.fill();
         while self.occupied.iter().any(|&warps| warps > 0) {
             self.tick();
         }
         self.caches.flush_pending();
+        self.occupancy.end_phase(pass);
     }
 
-    /// Runs to the end of the last warp, then writes dirty lines back.
-    pub(crate) fn finish(mut self) -> ([TrafficCounters; Pass::COUNT], BufferTraffic, ScheduleCounters) {
-        self.drain();
+    /// Writes dirty lines back; everything has been drained.
+    pub(crate) fn finish(mut self) -> Finished {
         let mut passes = [TrafficCounters::default(); Pass::COUNT];
         for (key, traffic) in self.caches.traffic.iter().enumerate() {
             if let Some((pass, kind, _)) = Run::of_key(key) {
@@ -223,7 +262,8 @@ impl Interleaver {
             dram_read_bytes: memory.read_bytes,
             dram_write_bytes: memory.write_bytes,
         };
-        (passes, flush, self.schedule)
+        let Self { schedule, occupancy, .. } = self;
+        Finished { traffic: passes, flush, schedule, occupancy: occupancy.phases, timed: None }
     }
 
     /// Puts waiting warps into free slots: the first slots of all cores, then the second ones, and so on.
@@ -243,7 +283,9 @@ impl Interleaver {
         let resident: usize = self.occupied.iter().sum();
         self.schedule.ticks += 1;
         self.schedule.warp_ticks += resident as u64;
-        self.schedule.full_ticks += u64::from(self.occupied.iter().all(|&warps| warps > 0));
+        let occupied = self.occupied.iter().filter(|&&warps| warps > 0).count();
+        self.schedule.full_ticks += u64::from(occupied == self.cores);
+        self.occupancy.tick(occupied as u32, resident as u32);
         for core in 0..self.cores {
             if self.occupied[core] > 0 {
                 self.issue(core);
@@ -401,7 +443,8 @@ mod tests {
         let turns: &[(BufferKind, u32)] = &[(BufferKind::Node, 1), (BufferKind::Node, 2)];
         // Nine warps of two turns on four cores of two slots: eight are resident at once, the ninth follows the first.
         interleaver.push(&stream(&[turns; 9]));
-        let (_, _, schedule) = interleaver.finish();
+        interleaver.drain(Pass::Primary);
+        let schedule = interleaver.finish().schedule;
         assert_eq!(schedule.warps, 9);
         // Each core has 4 turns, the first one 6.
         assert_eq!(schedule.ticks, 6);
@@ -413,7 +456,8 @@ mod tests {
         let mut interleaver = interleaver(2);
         let stack: &[(BufferKind, u32)] = &[(BufferKind::Stack, 0)];
         interleaver.push(&stream(&[stack; 8]));
-        let (passes, _, _) = interleaver.finish();
+        interleaver.drain(Pass::Primary);
+        let passes = interleaver.finish().traffic;
         assert_eq!(passes[Pass::Primary as usize].stack.levels[1].misses, 8);
     }
 
@@ -422,7 +466,8 @@ mod tests {
         let mut interleaver = interleaver(1);
         let stack: &[(BufferKind, u32)] = &[(BufferKind::Stack, 0)];
         interleaver.push(&stream(&[stack; 8]));
-        let (passes, _, _) = interleaver.finish();
+        interleaver.drain(Pass::Primary);
+        let passes = interleaver.finish().traffic;
         assert_eq!(
             (
                 passes[Pass::Primary as usize].stack.levels[1].accesses,
@@ -444,6 +489,8 @@ mod tests {
         }
         let mut lazy = interleaver(3);
         tiles.iter().for_each(|tile| lazy.push(tile));
+        eager.drain(Pass::Primary);
+        lazy.drain(Pass::Primary);
         assert_eq!(eager.finish(), lazy.finish());
     }
 }

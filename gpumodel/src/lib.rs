@@ -28,8 +28,8 @@ pub use config::{
     ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, TraversalCosts,
 };
 pub use counters::{
-    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,
-    PassCounters, ScheduleCounters, TrafficCounters, Value,
+    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Occupancy, Pass,
+    PassCounters, PhaseOccupancy, ScheduleCounters, TrafficCounters, Value,
 };
 pub use error::Error;
 pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, estimate};

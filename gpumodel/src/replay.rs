@@ -7,7 +7,7 @@
 //! variants whose warps have the same shape.
 
 use crate::config::{Gpu, ShaderCosts, Technique};
-use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters};
+use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters, PhaseOccupancy};
 use crate::error::Error;
 use crate::engine::{Engine, Finished};
 use crate::geometry;
@@ -88,6 +88,8 @@ pub struct Replayed {
     pub buffers: BufferBytes,
     /// Warps that a core holds at once.
     pub resident_warps: u32,
+    /// How full the cores were, phase by phase; empty where time was simulated.
+    pub occupancy: Vec<PhaseOccupancy>,
     /// When what happened, where it was asked for.
     pub timed: Option<TimedFrame>,
 }
@@ -392,7 +394,7 @@ impl<'a> Variant<'a> {
             self.present(frame);
         }
         let Self { program, engine, resident_warps, mut counters, maps, .. } = self;
-        let Finished { traffic, flush, schedule, timed } = engine.finish();
+        let Finished { traffic, flush, schedule, occupancy, timed } = engine.finish();
         for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
             pass.traffic = traffic;
         }
@@ -400,7 +402,7 @@ impl<'a> Variant<'a> {
         counters.schedule = schedule;
         counters.stalls = source.stalls();
         let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
-        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps, timed })
+        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps, occupancy, timed })
     }
 
     /// The full-screen quad that draws the image of a compute stage.

@@ -57,6 +57,8 @@ counters! {
         pub efu_active: u64,
         /// As `alu_issued`, of the elementary function unit.
         pub efu_issued: u64,
+        /// Turns of warps: each ends in loads and stores, after which the warp waits or lets others go first.
+        pub turns: u64,
         /// Loads and stores issued by warps.
         pub memory_instructions: u64,
         /// Times that a warp waits for loads: those of one record are in flight together.
@@ -92,6 +94,26 @@ counters! {
         /// Warps run.
         pub warps: u64,
     }
+}
+
+/// For how many ticks how many warps were resident.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Occupancy {
+    /// Cores that had a warp.
+    pub cores: u32,
+    /// Warps on all of them.
+    pub warps: u32,
+    /// Ticks.
+    pub ticks: u64,
+}
+
+/// How full the cores were between two times at which they were empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PhaseOccupancy {
+    /// The first pass that ran.
+    pub first: Pass,
+    /// Each state that occurred, in order of cores, then warps.
+    pub levels: Vec<Occupancy>,
 }
 
 /// What a buffer's accesses caused.

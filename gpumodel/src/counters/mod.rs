@@ -5,7 +5,8 @@ mod set;
 mod table;
 
 pub use frame::{
-    BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass, PassCounters, ScheduleCounters,
+    BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Occupancy, Pass, PassCounters,
+    PhaseOccupancy, ScheduleCounters,
     TrafficCounters,
 };
 pub use set::{CounterSet, Value};

@@ -13,26 +13,30 @@ pub struct Bound {
 }
 
 /// Seconds that a pass needs of each resource.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Demand {
     /// ALU operations issued / (cores x ALU lanes x clock).
-    alu: f64,
+    pub(super) alu: f64,
     /// Elementary functions issued / (cores x EFU lanes x clock).
-    efu: f64,
+    pub(super) efu: f64,
     /// Cycles of the load/store ports / (cores x clock).
-    load_store: f64,
+    pub(super) load_store: f64,
     /// Lines x line size / (copies x bytes per clock x clock), by role; caches of one role add up.
     l1: f64,
     l2: f64,
     slc: f64,
     /// Bytes to and from DRAM / (peak x efficiency).
-    dram: f64,
+    pub(super) dram: f64,
     /// Triangles set up / (triangles per clock x clock).
-    setup: f64,
+    pub(super) setup: f64,
     /// Covered fragments / (pixels per clock x clock).
-    pixels: f64,
-    /// Little's law, see [`latency`].
+    pub(super) pixels: f64,
+    /// Little's law: the seconds of all warps, each run alone, shared out over the warps that are resident together.
     latency: f64,
+    /// Seconds that all lines are on their way, with nothing else on it.
+    pub(super) line_waits: f64,
+    /// Seconds that all turns wait for the farthest of their lines, with nothing else on the way.
+    pub(super) turn_waits: f64,
 }
 
 impl Demand {
@@ -45,6 +49,9 @@ impl Demand {
             Pass::Present => &gpu.paths.texture,
             Pass::Primary | Pass::Shadow | Pass::Output => &gpu.paths.ssbo,
         };
+        let (line_waits, turn_waits) = waits(counters, &traffic, path, gpu);
+        let issue_seconds =
+            (issue.alu_issued as f64 / gpu.cores.alu_lanes + issue.load_store_cycles as f64) / gpu.clock.hz;
         let mut demand = Self {
             alu: issue.alu_issued as f64 / (core_cycles * gpu.cores.alu_lanes),
             efu: issue.efu_issued as f64 / (core_cycles * gpu.cores.efu_lanes),
@@ -55,7 +62,13 @@ impl Demand {
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
             setup: issue.setup_triangles as f64 / (gpu.tiler.triangles_per_clock * gpu.clock.hz),
             pixels: issue.covered_fragments as f64 / (gpu.tiler.pixels_per_clock * gpu.clock.hz),
-            latency: latency(counters, &traffic, path, resident_warps, gpu),
+            latency: if turn_waits > 0.0 {
+                (turn_waits + issue_seconds) / f64::from(gpu.cores.count * resident_warps)
+            } else {
+                0.0
+            },
+            line_waits,
+            turn_waits,
         };
         demand.add_traffic(&traffic, gpu);
         demand
@@ -79,9 +92,31 @@ impl Demand {
         self.add_traffic(flush, gpu);
     }
 
+    /// What several passes need together.
+    pub(super) fn sum(demands: &[Self]) -> Self {
+        let mut sum = Self::default();
+        for demand in demands {
+            let Self { alu, efu, load_store, l1, l2, slc, dram, setup, pixels, latency, line_waits, turn_waits } =
+                *demand;
+            sum.alu += alu;
+            sum.efu += efu;
+            sum.load_store += load_store;
+            sum.l1 += l1;
+            sum.l2 += l2;
+            sum.slc += slc;
+            sum.dram += dram;
+            sum.setup += setup;
+            sum.pixels += pixels;
+            sum.latency += latency;
+            sum.line_waits += line_waits;
+            sum.turn_waits += turn_waits;
+        }
+        sum
+    }
+
     /// One bound per resource, always in the same order.
     pub(super) fn bounds(&self) -> Vec<Bound> {
-        let Self { alu, efu, load_store, l1, l2, slc, dram, setup, pixels, latency } = *self;
+        let Self { alu, efu, load_store, l1, l2, slc, dram, setup, pixels, latency, .. } = *self;
         [
             ("ALU issue", alu),
             ("EFU issue", efu),
@@ -97,56 +132,34 @@ impl Demand {
         .map(|(name, seconds)| Bound { name, seconds })
         .into()
     }
-
-    /// The bounds of all passes together.
-    pub(super) fn total(demands: &[Self]) -> Vec<Bound> {
-        let mut total: Vec<Bound> = Vec::new();
-        for bounds in demands.iter().map(Self::bounds) {
-            if total.is_empty() {
-                total = bounds;
-                continue;
-            }
-            for (sum, bound) in total.iter_mut().zip(bounds) {
-                sum.seconds += bound.seconds;
-            }
-        }
-        total
-    }
 }
 
 fn dram_bandwidth(gpu: &Gpu) -> f64 {
     gpu.dram.peak_bytes_per_second * gpu.dram.efficiency
 }
 
-/// Time by Little's law: the cycles of all warps, each run alone, shared out over the warps that are resident together.
+/// Seconds that all lines are on their way, and seconds that all turns wait for theirs, with nothing else on the way.
 ///
-/// A warp alone issues its ALU and load/store cycles and waits for its loads. Those of one record are in flight together: a
-/// wait lasts the latency of the farthest place that any of its lines comes from. With `n` lines per wait, of which a share
-/// `m` misses a level, some line misses it with probability `1 - (1 - m)^n`; misses are taken as independent.
-fn latency(
-    counters: &PassCounters,
-    traffic: &BufferTraffic,
-    path: &[usize],
-    resident_warps: u32,
-    gpu: &Gpu,
-) -> f64 {
+/// The loads of a turn are in flight together: it waits for the farthest place that any of its lines comes from. With `n` lines
+/// per wait, of which a share `m` misses a level, some line misses it with probability `1 - (1 - m)^n`; misses are taken as
+/// independent.
+fn waits(counters: &PassCounters, traffic: &BufferTraffic, path: &[usize], gpu: &Gpu) -> (f64, f64) {
     let issue = &counters.issue;
     if issue.memory_waits == 0 || issue.line_accesses == 0 {
-        return 0.0;
+        return (0.0, 0.0);
     }
-    let lines = issue.line_accesses as f64;
-    let lines_per_wait = lines / issue.memory_waits as f64;
-    let mut wait_cycles = gpu.caches[path[0]].latency_cycles;
+    let (lines, turns) = (issue.line_accesses as f64, issue.memory_waits as f64);
+    let mut line_cycles = gpu.caches[path[0]].latency_cycles;
+    let mut turn_cycles = line_cycles;
     for (position, &level) in path.iter().enumerate() {
         let share = (traffic.levels[level].misses as f64 / lines).min(1.0);
-        let some_line_misses = -f64::exp_m1(lines_per_wait * f64::ln_1p(-share));
+        let some_line_misses = -f64::exp_m1(lines / turns * f64::ln_1p(-share));
         let beyond = match path.get(position + 1) {
             Some(&below) => gpu.caches[below].latency_cycles - gpu.caches[level].latency_cycles,
             None => gpu.dram.latency_seconds * gpu.clock.hz,
         };
-        wait_cycles += some_line_misses * beyond;
+        line_cycles += share * beyond;
+        turn_cycles += some_line_misses * beyond;
     }
-    let issue_cycles = issue.alu_issued as f64 / gpu.cores.alu_lanes + issue.load_store_cycles as f64;
-    let alone = issue.memory_waits as f64 * wait_cycles + issue_cycles;
-    alone / (f64::from(gpu.cores.count) * f64::from(resident_warps) * gpu.clock.hz)
+    (lines * line_cycles / gpu.clock.hz, turns * turn_cycles / gpu.clock.hz)
 }

@@ -1,15 +1,17 @@
 //! From whole numbers to time and a profiler's counters.
 
 mod bounds;
+mod contention;
 mod values;
 
 pub use bounds::Bound;
 
 use crate::config::{Attachments, Stage};
-use crate::counters::{BufferTraffic, CounterSet, Pass, TrafficCounters};
+use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{ReplayConfig, Replayed};
 use bounds::Demand;
+use contention::contended;
 use tracer::{LoopStructure, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
@@ -94,8 +96,15 @@ pub fn estimate(
     let mut longest = (0.0, NO_BOUND);
     for phase in PHASES {
         let of_phase: Vec<Demand> = phase.iter().map(|&pass| demands[pass as usize]).collect();
-        let Some((place, bound)) = largest(&Demand::total(&of_phase)) else { continue };
+        let demand = Demand::sum(&of_phase);
+        let Some((place, bound)) = largest(&demand.bounds()) else { continue };
         let timed = replayed.timed.as_ref().map(|frame| frame.seconds(phase, config.gpu.clock.hz));
+        let mut of_phase = PassCounters::default();
+        phase.iter().for_each(|&pass| of_phase += *counters.pass(pass));
+        let levels = replayed.occupancy.iter().find(|of| phase.contains(&of.first));
+        let model = levels.map(|of| contended(&of_phase, &demand, &of.levels, &config.gpu));
+        if std::env::var("RB_DEBUG").is_ok() { eprintln!("{phase:?} bound {bound:?} timed {timed:?} model {model:?} {:?}", replayed.timed); }
+        let timed = timed.or(model.map(|m| m.seconds));
         for &pass in phase {
             deciding[pass as usize] = bound.name;
             seconds[pass as usize] =
@@ -123,7 +132,7 @@ pub fn estimate(
         assumptions: assumptions(replayed, header, config),
         left_out: left_out(config),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
-        bounds: Demand::total(&demands).into_iter().filter(|bound| bound.seconds > 0.0).collect(),
+        bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
     }
 }
 

@@ -22,6 +22,8 @@ pub(super) struct Term {
     residual: f64,
     /// `M`; nobody waits unless it is above 1.
     population: f64,
+    /// Part of the customers here that is this network's.
+    ours: f64,
 }
 
 /// What a [`Term`] comes to at some throughput.
@@ -40,7 +42,7 @@ pub(super) struct Load {
 impl Term {
     /// The term of a station whose demand is not 0, where `busiest` is the largest demand per server.
     pub(super) fn new(station: &Station, customers: f64, busiest: f64) -> Self {
-        let per_server = station.demand / f64::from(station.servers);
+        let (per_server, sharers) = (station.per_server(), f64::from(station.sharers));
         let in_service = 1.0 + f64::from(station.servers - 1) / station.burst;
         Self {
             share: per_server / busiest,
@@ -48,7 +50,8 @@ impl Term {
             in_service,
             exponent: if station.servers == 1 { 1.0 } else { (2.0 * (in_service + 1.0)).sqrt() - 1.0 },
             residual: 0.5 * (1.0 + station.variability / station.burst),
-            population: customers - in_service + 1.0,
+            population: customers * sharers - in_service + 1.0,
+            ours: 1.0 / sharers,
         }
     }
 
@@ -61,6 +64,11 @@ impl Term {
         self.population > 1.0
     }
 
+    /// Customers of this network in service.
+    fn served(&self, utilisation: f64) -> f64 {
+        self.ours * self.in_service * utilisation
+    }
+
     /// `ρ^(s-1)`.
     fn power(&self, utilisation: f64) -> f64 {
         if self.exponent == 1.0 { utilisation } else { utilisation.powf(self.exponent) }
@@ -71,7 +79,8 @@ impl Term {
             return 0.0;
         }
         let bound = self.population - 1.0;
-        self.residual * self.power(utilisation) * bound / (self.population * odds + self.residual)
+        self.ours * self.residual * self.power(utilisation) * bound
+            / (self.population * odds + self.residual)
     }
 
     /// Rate at which [`Term::waiting`] falls with `ln(1 + v)`.
@@ -86,7 +95,7 @@ impl Term {
         Load {
             utilisation,
             headroom: own_odds / (1.0 + own_odds),
-            served: self.in_service * utilisation,
+            served: self.served(utilisation),
             waiting: self.waiting(utilisation, own_odds),
         }
     }
@@ -96,7 +105,7 @@ impl Term {
         let unpowered =
             if self.exponent == 1.0 { headroom } else { -(-self.exponent * odds.ln_1p()).exp_m1() };
         let lack = (self.population * odds + self.residual * unpowered) / (self.population * odds + self.residual);
-        self.in_service * headroom + (self.population - 1.0) * lack
+        self.ours * (self.in_service * headroom + (self.population - 1.0) * lack)
     }
 }
 
@@ -125,7 +134,7 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 impl<'a> Balance<'a> {
     /// The balance of stations with demand, whose first is the busiest. `think` is in units of its demand per server.
     pub(super) fn new(customers: f64, think: f64, busiest: Term, others: &'a [Term]) -> Self {
-        let delays = think + others.iter().map(|term| term.share * term.in_service).sum::<f64>();
+        let delays = think + others.iter().map(|term| term.served(term.share)).sum::<f64>();
         Self { customers, delays, busiest, others }
     }
 
@@ -134,7 +143,7 @@ impl<'a> Balance<'a> {
         let spread = 1.0 + odds;
         let utilisation = 1.0 / spread;
         let mut elsewhere = self.delays * utilisation;
-        let mut slope = (self.delays + self.busiest.in_service) * utilisation;
+        let mut slope = (self.delays + self.busiest.served(1.0)) * utilisation;
         for term in self.others {
             let own_odds = term.odds(odds);
             let waiting = term.waiting(term.share * utilisation, own_odds);
@@ -145,7 +154,7 @@ impl<'a> Balance<'a> {
         let missing = if self.busiest.population >= 1.0 {
             self.busiest.missing(odds * utilisation, odds)
         } else {
-            elsewhere += self.busiest.in_service * utilisation;
+            elsewhere += self.busiest.served(utilisation);
             self.customers
         };
         (elsewhere, missing, -slope * utilisation)
@@ -153,8 +162,8 @@ impl<'a> Balance<'a> {
 
     /// Odds that are surely too low and odds that are surely too high: nobody waits, and everybody waits everywhere.
     fn bracket(&self, think: f64) -> (f64, f64) {
-        let lack = self.busiest.in_service - self.customers;
-        let queued: f64 = self.others.iter().map(|term| term.share * term.in_service.max(self.customers)).sum();
+        let lack = self.busiest.served(1.0) - self.customers;
+        let queued: f64 = self.others.iter().map(|term| term.share * term.served(1.0).max(self.customers)).sum();
         let low = (self.delays + lack) / self.customers;
         let high = (think + queued + lack.max(0.0)) / self.customers;
         (low.max(0.0) * (1.0 - 1e-9), high.max(low) * (1.0 + 1e-9) + f64::MIN_POSITIVE)
@@ -195,6 +204,6 @@ impl<'a> Balance<'a> {
 
 /// The largest demand per server of a network and the station's place, if any station has demand.
 pub(super) fn busiest(network: &Network) -> Option<(usize, f64)> {
-    let per_server = network.stations.iter().map(|station| station.demand / f64::from(station.servers));
+    let per_server = network.stations.iter().map(Station::per_server);
     per_server.enumerate().filter(|(_, time)| *time > 0.0).reduce(|best, next| if next.1 > best.1 { next } else { best })
 }

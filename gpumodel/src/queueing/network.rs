@@ -26,6 +26,8 @@ pub struct Station {
     /// Requests that arrive together, at least 1. They share the `demand` of the cycle, occupy several servers where there
     /// are several, and the customer goes on when the last of them is done.
     pub burst: f64,
+    /// Networks like this one whose customers all come here, this one included. At least 1: one that the others do not share.
+    pub sharers: u32,
 }
 
 impl Network {
@@ -57,7 +59,12 @@ impl Network {
 impl Station {
     /// A station with one server, exponential service and single requests.
     pub fn single(name: &'static str, demand: f64) -> Self {
-        Self { name, demand, servers: 1, variability: 1.0, burst: 1.0 }
+        Self { name, demand, servers: 1, variability: 1.0, burst: 1.0, sharers: 1 }
+    }
+
+    /// Time that a cycle of each sharer keeps one server busy, if all servers work.
+    pub(super) fn per_server(&self) -> f64 {
+        self.demand * f64::from(self.sharers) / f64::from(self.servers)
     }
 
     fn check(&self) -> Result<(), NetworkError> {
@@ -67,6 +74,9 @@ impl Station {
         }
         if self.servers == 0 {
             return Err(NetworkError::Servers { station });
+        }
+        if self.sharers == 0 {
+            return Err(NetworkError::Sharers { station });
         }
         if !(0.0..=Network::LONGEST_TIME).contains(&self.variability) {
             return Err(NetworkError::Variability { station, value: self.variability });
@@ -102,6 +112,12 @@ pub enum NetworkError {
     /// A station has no server.
     #[error("station '{station}': servers = 0: expected at least 1; leave a station out by a demand of 0")]
     Servers {
+        /// The station's name.
+        station: &'static str,
+    },
+    /// Nobody shares a station, not even its own network.
+    #[error("station '{station}': sharers = 0: expected at least 1; give 1 where no other network comes here")]
+    Sharers {
         /// The station's name.
         station: &'static str,
     },

@@ -116,7 +116,7 @@ pub fn solve(network: &Network) -> Result<Solution, NetworkError> {
                 return idle(station.name);
             }
             let Load { utilisation, headroom, served, waiting } = term(station).load(root.odds);
-            let time_per_load = station.demand / f64::from(station.servers) / utilisation;
+            let time_per_load = station.per_server() / utilisation;
             let service = served * time_per_load;
             unqueued += service;
             StationLoad {

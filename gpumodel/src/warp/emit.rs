@@ -291,6 +291,7 @@ impl Part<'_> {
     #[inline(always)]
     fn end_turn(&mut self, waits: bool) {
         self.writer.end_turn();
+        self.counters.turns += 1;
         self.counters.memory_waits += u64::from(waits);
         if self.program.keeps_turns {
             self.turns.end(waits);
