@@ -108,4 +108,9 @@ impl Access {
     pub const fn is_write(self) -> bool {
         self.0 & Self::WRITE != 0
     }
+
+    /// The number of the line, and whether it is written.
+    pub(crate) const fn parts(self) -> (u64, bool) {
+        (self.line().get(), self.is_write())
+    }
 }

@@ -9,7 +9,7 @@ use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::layout::{BufferKind, Buffers};
 use crate::replay::Maps;
 use crate::warp::{Run, TileStream};
-use cachesim::{Hierarchy, LineId, PathId, Policy, Served};
+use cachesim::{Access, Hierarchy, LineId, PathId, Policy, Served};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -80,25 +80,25 @@ pub(crate) struct Interleaver {
     next_number: u32,
 }
 
-/// The caches, and lines gathered for them.
+/// The caches, and accesses gathered for them.
 struct Caches {
     hierarchy: Hierarchy,
     routes: [Option<Route>; Run::KEYS],
-    /// The first `gathered` of [`PENDING_LINES`] are of one key and one core.
-    pending: Vec<LineId>,
+    /// The first `gathered` of [`PENDING`] take one path of one core.
+    pending: Vec<Access>,
+    /// Of each of these, the key.
+    pending_keys: Vec<u8>,
     gathered: usize,
-    pending_key: usize,
+    pending_path: PathId,
     pending_core: u32,
-    /// Accesses of the pending key that hit without being simulated.
-    spared: u64,
+    /// By key, accesses that hit without being simulated.
+    spared: Vec<u64>,
     /// By key.
-    traffic: Vec<BufferTraffic>,
-    /// Lines read from memory since the last turn ended.
-    missed: u64,
+    served: Vec<Served>,
 }
 
-/// Lines that are gathered, at most, before the caches see them.
-const PENDING_LINES: usize = 4096;
+/// Accesses that are gathered, at most, before the caches see them.
+const PENDING: usize = 4096;
 
 impl Interleaver {
     pub(crate) fn new(
@@ -125,7 +125,7 @@ impl Interleaver {
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
-            let path = paths.of(kind, write);
+            let path = first_alike(&hierarchy, paths.of(kind, write), paths);
             let levels = hierarchy.path(path);
             let first = &gpu.levels().as_slice()[levels[0]];
             // Other policies may evict one line of the run for another, or rank a line anew when it hits.
@@ -142,13 +142,13 @@ impl Interleaver {
             caches: Caches {
                 routes: std::array::from_fn(route),
                 hierarchy,
-                pending: vec![LineId::new(0); PENDING_LINES],
+                pending: vec![Access::read(LineId::new(0)); PENDING],
+                pending_keys: vec![0; PENDING],
                 gathered: 0,
-                pending_key: 0,
+                pending_path: paths.ssbo,
                 pending_core: 0,
-                spared: 0,
-                traffic: vec![BufferTraffic::default(); Run::KEYS],
-                missed: 0,
+                spared: vec![0; Run::KEYS],
+                served: vec![Served::default(); Run::KEYS],
             },
             resident: (0..cores * slots).map(|_| None).collect(),
             cores,
@@ -211,9 +211,9 @@ impl Interleaver {
     pub(crate) fn finish(mut self) -> ([TrafficCounters; Pass::COUNT], BufferTraffic, ScheduleCounters) {
         self.drain();
         let mut passes = [TrafficCounters::default(); Pass::COUNT];
-        for (key, traffic) in self.caches.traffic.iter().enumerate() {
+        for key in 0..Run::KEYS {
             if let Some((pass, kind, _)) = Run::of_key(key) {
-                *passes[pass as usize].of_mut(kind) += *traffic;
+                *passes[pass as usize].of_mut(kind) += self.caches.traffic(key);
             }
         }
         // The positions of a flush are level indices.
@@ -276,8 +276,10 @@ impl Interleaver {
         }
         warp.next = next;
         if self.maps == Maps::Kept {
+            let before = self.caches.hierarchy.memory().reads;
             self.caches.flush_pending();
-            self.misses[warp.number as usize] += std::mem::take(&mut self.caches.missed) as u32;
+            let missed = self.caches.hierarchy.memory().reads - before;
+            self.misses[warp.number as usize] += missed as u32;
         }
         if next >= warp.end {
             *place = self.waiting.pop_front();
@@ -290,56 +292,69 @@ impl Caches {
     #[inline(always)]
     fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(Route { by_core, repeatable_lines, private: (base, stride), .. }) = self.routes[key] else {
+        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride) }) =
+            self.routes[key]
+        else {
             return;
         };
         let core = if by_core { core } else { 0 };
-        let repeats = if lines.len() <= repeatable_lines { 1 } else { run.repeats() as usize };
-        if key != self.pending_key || core != self.pending_core {
+        if path != self.pending_path || core != self.pending_core {
             self.flush_pending();
-            self.pending_key = key;
-            self.pending_core = core;
+            (self.pending_path, self.pending_core) = (path, core);
         }
+        let repeats = if lines.len() <= repeatable_lines { 1 } else { run.repeats() as usize };
+        self.spared[key] += (run.repeats() as usize - repeats) as u64 * lines.len() as u64;
         let base = base + resident * stride;
-        self.spared += (run.repeats() as usize - repeats) as u64 * lines.len() as u64;
         for _ in 0..repeats {
-            if self.gathered + lines.len() > PENDING_LINES {
+            if self.gathered + lines.len() > PENDING {
                 self.flush_pending();
             }
-            let places = &mut self.pending[self.gathered..self.gathered + lines.len()];
-            for (place, &line) in places.iter_mut().zip(lines) {
-                *place = LineId::new(u64::from(base + line));
+            let places = self.gathered..self.gathered + lines.len();
+            for (place, &line) in self.pending[places.clone()].iter_mut().zip(lines) {
+                let line = LineId::new(u64::from(base + line));
+                *place = if write { Access::write(line) } else { Access::read(line) };
             }
+            self.pending_keys[places].fill(key as u8);
             self.gathered += lines.len();
         }
     }
 
     /// Lets the caches see what has been gathered.
     fn flush_pending(&mut self) {
-        let Some(route) = &self.routes[self.pending_key] else {
-            return;
-        };
-        if self.gathered == 0 {
-            return;
-        }
-        let (lines, unit) = (&self.pending[..self.gathered], self.pending_core);
-        let served = if route.write {
-            self.hierarchy.write(route.path, unit, lines)
-        } else {
-            self.hierarchy.read(route.path, unit, lines)
-        };
-        let traffic = &mut self.traffic[self.pending_key];
-        let path = self.hierarchy.path(route.path);
-        traffic.levels[path[0]].accesses += std::mem::take(&mut self.spared);
-        for (&level, served) in path.iter().zip(&served.levels) {
-            traffic.levels[level].accesses += served.accesses;
-            traffic.levels[level].misses += served.misses;
-        }
-        traffic.dram_read_bytes += served.memory.read_bytes;
-        traffic.dram_write_bytes += served.memory.write_bytes;
-        self.missed += served.memory.reads;
+        let (accesses, keys) = (&self.pending[..self.gathered], &self.pending_keys[..self.gathered]);
+        self.hierarchy.access_by_class(
+            self.pending_path,
+            self.pending_core,
+            accesses,
+            keys,
+            &mut self.served,
+        );
         self.gathered = 0;
     }
+
+    /// What the accesses of a key caused.
+    fn traffic(&self, key: usize) -> BufferTraffic {
+        let mut traffic = BufferTraffic::default();
+        let Some(route) = &self.routes[key] else {
+            return traffic;
+        };
+        let served = &self.served[key];
+        let path = self.hierarchy.path(route.path);
+        for (&level, served) in path.iter().zip(&served.levels) {
+            traffic.levels[level] = *served;
+        }
+        traffic.levels[path[0]].accesses += self.spared[key];
+        traffic.dram_read_bytes = served.memory.read_bytes;
+        traffic.dram_write_bytes = served.memory.write_bytes;
+        traffic
+    }
+}
+
+/// The first path that leads through the same levels, so that accesses that take either need not be told apart.
+fn first_alike(hierarchy: &Hierarchy, path: PathId, paths: KindPaths) -> PathId {
+    let KindPaths { ssbo, texture, private, vertex } = paths;
+    let alike = |other: &PathId| hierarchy.path(*other) == hierarchy.path(path);
+    [ssbo, texture, private, vertex].into_iter().find(alike).unwrap_or(path)
 }
 
 #[cfg(test)]
