@@ -97,8 +97,10 @@ struct Caches {
     served: Vec<Served>,
 }
 
-/// Accesses that are gathered, at most, before the caches see them.
+/// When so many accesses are gathered, the caches see them.
 const PENDING: usize = 4096;
+/// No run has more lines.
+const MOST_LINES: usize = 256;
 
 impl Interleaver {
     pub(crate) fn new(
@@ -142,8 +144,8 @@ impl Interleaver {
             caches: Caches {
                 routes: std::array::from_fn(route),
                 hierarchy,
-                pending: vec![Access::read(LineId::new(0)); PENDING],
-                pending_keys: vec![0; PENDING],
+                pending: vec![Access::read(LineId::new(0)); PENDING + MOST_LINES],
+                pending_keys: vec![0; PENDING + MOST_LINES],
                 gathered: 0,
                 pending_path: paths.ssbo,
                 pending_core: 0,
@@ -263,14 +265,13 @@ impl Interleaver {
         let Some(warp) = place else {
             return;
         };
-        let words = &warp.stream.words[..warp.end];
+        let words = &warp.stream.words;
         let mut next = warp.next;
         loop {
             let run = Run::from_word(words[next]);
-            let lines = next + 1..next + 1 + run.lines();
-            next = lines.end;
-            self.caches.access(core as u32, (first + slot) as u32, run, &words[lines]);
-            if run.is_last() || next >= words.len() {
+            self.caches.access(core as u32, (first + slot) as u32, run, &words[next + 1..]);
+            next += 1 + run.lines();
+            if run.is_last() || next >= warp.end {
                 break;
             }
         }
@@ -289,6 +290,7 @@ impl Interleaver {
 }
 
 impl Caches {
+    /// `lines` begins with those of the run.
     #[inline(always)]
     fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
         let key = run.key();
@@ -302,20 +304,23 @@ impl Caches {
             self.flush_pending();
             (self.pending_path, self.pending_core) = (path, core);
         }
-        let repeats = if lines.len() <= repeatable_lines { 1 } else { run.repeats() as usize };
-        self.spared[key] += (run.repeats() as usize - repeats) as u64 * lines.len() as u64;
+        let count = run.lines();
+        let repeats = if count <= repeatable_lines { 1 } else { run.repeats() as usize };
+        self.spared[key] += (run.repeats() as usize - repeats) as u64 * count as u64;
         let base = base + resident * stride;
         for _ in 0..repeats {
-            if self.gathered + lines.len() > PENDING {
+            if self.gathered >= PENDING {
                 self.flush_pending();
             }
-            let places = self.gathered..self.gathered + lines.len();
-            for (place, &line) in self.pending[places.clone()].iter_mut().zip(lines) {
-                let line = LineId::new(u64::from(base + line));
-                *place = if write { Access::write(line) } else { Access::read(line) };
+            // By fours, as most runs have no more: a loop of just as many steps would end where nobody expects it.
+            let (accesses, keys) =
+                (&mut self.pending[self.gathered..], &mut self.pending_keys[self.gathered..]);
+            let places = accesses.as_chunks_mut::<4>().0.iter_mut().zip(keys.as_chunks_mut::<4>().0);
+            for ((places, keys), four) in places.zip(lines.as_chunks::<4>().0).take(count.div_ceil(4)) {
+                *places = four.map(|line| Access::new(LineId::new(u64::from(base + line)), write));
+                *keys = [key as u8; 4];
             }
-            self.pending_keys[places].fill(key as u8);
-            self.gathered += lines.len();
+            self.gathered += count;
         }
     }
 

@@ -7,12 +7,16 @@ use std::ops::Range;
 /// The streams of a tile's warps, and what the warps issued.
 #[derive(Debug, Default)]
 pub(crate) struct TileStream {
+    /// At the end follow [`PADDING`] words that mean nothing, so that lines can be read by fours.
     pub(crate) words: Vec<u32>,
     /// Where each warp's words end.
     pub(crate) warp_ends: Vec<usize>,
     /// By [`Pass`].
     pub(crate) issue: [IssueCounters; Pass::COUNT],
 }
+
+/// Words at the end of a stream.
+const PADDING: usize = 4;
 
 /// One load or store of a warp, or several that touch the same lines in the same order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,7 +134,7 @@ impl StreamWriter {
 
     /// What has been written; the next tile begins.
     pub(crate) fn take(&mut self) -> Vec<u32> {
-        let words = self.words[..self.used].to_vec();
+        let words = self.words[..self.used + PADDING].to_vec();
         self.used = 0;
         words
     }
