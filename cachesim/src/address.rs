@@ -85,16 +85,22 @@ pub struct Access(u64);
 impl Access {
     const WRITE: u64 = 1 << 63;
 
+    /// A write to `line`, or else a read of it.
+    #[must_use]
+    pub const fn new(line: LineId, write: bool) -> Self {
+        Self(line.0 | (write as u64) << Self::WRITE.trailing_zeros())
+    }
+
     /// A read of `line`.
     #[must_use]
     pub const fn read(line: LineId) -> Self {
-        Self(line.0)
+        Self::new(line, false)
     }
 
     /// A write to `line`.
     #[must_use]
     pub const fn write(line: LineId) -> Self {
-        Self(line.0 | Self::WRITE)
+        Self::new(line, true)
     }
 
     /// The line.
@@ -107,5 +113,10 @@ impl Access {
     #[must_use]
     pub const fn is_write(self) -> bool {
         self.0 & Self::WRITE != 0
+    }
+
+    /// The number of the line, and whether it is written.
+    pub(crate) const fn parts(self) -> (u64, bool) {
+        (self.line().get(), self.is_write())
     }
 }

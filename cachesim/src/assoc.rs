@@ -1,6 +1,7 @@
 //! Sets of fixed ways with any replacement policy, with or without sectors.
 
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::policy::Replacement;
 use crate::sectors::Sectors;
 use crate::sets::{Index, SetIndex};
@@ -40,7 +41,7 @@ impl<R: Replacement> Assoc<R> {
         }
     }
 
-    pub(crate) fn run<W: Word>(&mut self, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
+    pub(crate) fn run<W: Word>(&mut self, input: &[W], out: Out<'_, W>, rule: WriteRule) -> Tally {
         let mut sink = Sink::new(out);
         for &word in input {
             self.access(word, rule, &mut sink);

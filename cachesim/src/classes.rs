@@ -4,6 +4,7 @@ use crate::address::LineId;
 use crate::config::LevelConfig;
 use crate::counts::MissClasses;
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::recency::RecencyList;
 use crate::sectors::Sectors;
 use crate::store::Store;
@@ -28,10 +29,13 @@ impl<W: Word> Classified<W> {
         }
     }
 
-    pub(crate) fn run(&mut self, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
+    pub(crate) fn run(&mut self, input: &[W], mut out: Out<'_, W>, rule: WriteRule) -> Tally {
         let mut total = Tally::default();
-        for word in input {
-            let tally = self.store.run(std::slice::from_ref(word), &mut out[total.sent..], rule);
+        for (position, word) in (0..).zip(input) {
+            let (sent, misses) = (total.sent, total.misses as usize);
+            let tally = self.store.run(std::slice::from_ref(word), out.after(sent, misses), rule);
+            out.causes[sent..sent + tally.sent].fill(position);
+            out.missed[misses..misses + tally.misses as usize].fill(position);
             let (line, _) = self.sectors.split(word.id());
             let allocate = rule.allocate || !word.flagged();
             self.observe(LineId::new(line), tally.misses > tally.sector_misses, allocate);

@@ -5,9 +5,11 @@
 //! are those of a simulation access by access.
 
 use crate::config::Levels;
-use crate::counts::{LevelCounts, LevelServed, MemoryCounts, Served};
+use crate::counts::{LevelCounts, MemoryCounts, Served};
 use crate::isa::Isa;
+use crate::ledger::{Ledger, Trail, memory_traffic};
 use crate::level::{Below, Level, Rescale, WriteRule};
+use crate::out::Out;
 use crate::word::Word;
 
 /// Requests taken through the levels at once.
@@ -24,6 +26,8 @@ pub(crate) struct Engine<W: Word> {
     memory: MemoryCounts,
     front: Vec<W>,
     back: Vec<W>,
+    causes: Vec<u32>,
+    missed: Vec<u32>,
 }
 
 /// What can enter at a level.
@@ -49,34 +53,44 @@ impl<W: Word> Engine<W> {
 
     fn from_levels(levels: Vec<Level<W>>, memory: MemoryCounts) -> Self {
         let entries = (0..levels.len()).map(|level| Entry::new(&levels, level)).collect();
-        Self { levels, entries, memory, front: vec![W::EMPTY; BLOCK], back: vec![W::EMPTY; 2 * BLOCK] }
+        Self {
+            levels,
+            entries,
+            memory,
+            front: vec![W::EMPTY; BLOCK],
+            back: vec![W::EMPTY; 2 * BLOCK],
+            causes: vec![0; 2 * BLOCK],
+            missed: vec![0; BLOCK],
+        }
     }
 
-    /// Serves `items` in order from level `entry` on and adds to `served` what they caused. Returns the
+    /// Serves `items` in order from level `entry` on and tells `ledger` what they caused. Returns the
     /// rest, not served, from the first block on that holds a number too large for `W`.
     #[inline]
-    pub(crate) fn run<'a, T: Copy>(
+    pub(crate) fn run<'a, T: Copy, L: Ledger>(
         &mut self,
         entry: usize,
         unit: u32,
         items: &'a [T],
         split: impl Fn(T) -> (u64, bool),
-        served: &mut Served,
+        ledger: &mut L,
     ) -> &'a [T] {
         let Entry { block, max_id } = self.entries[entry];
         let mut rest = items;
         while !rest.is_empty() {
             let (now, later) = rest.split_at(block.min(rest.len()));
-            let mut too_large = false;
+            // The limit is one less than a power of two: no number is beyond it exactly if all bits of all are within.
+            let mut bits = 0;
             for (word, &item) in self.front.iter_mut().zip(now) {
                 let (id, write) = split(item);
-                too_large |= id > max_id;
+                bits |= id;
                 *word = W::truncated(id).with_flag(write);
             }
-            if too_large {
+            if bits > max_id {
                 return rest;
             }
-            self.descend(entry, self.levels[entry].entry_rule, unit, now.len(), served);
+            ledger.enter(now.len());
+            self.descend(entry, self.levels[entry].entry_rule, unit, now.len(), ledger);
             rest = later;
         }
         rest
@@ -84,7 +98,7 @@ impl<W: Word> Engine<W> {
 
     /// Takes the first `len` requests in `front` down from level `entry`.
     #[inline]
-    fn descend(&mut self, entry: usize, rule: WriteRule, unit: u32, len: usize, served: &mut Served) {
+    fn descend<L: Ledger>(&mut self, entry: usize, rule: WriteRule, unit: u32, len: usize, ledger: &mut L) {
         let (mut index, mut rule, mut len) = (entry, rule, len);
         for position in 0.. {
             let level = &mut self.levels[index];
@@ -92,21 +106,31 @@ impl<W: Word> Engine<W> {
             if self.back.len() < needed {
                 self.back.resize(needed, W::EMPTY);
             }
-            let tally = level.run(unit, &self.front[..len], &mut self.back, rule);
-            let LevelServed { accesses, misses } = &mut served.levels[position];
-            *accesses += len as u64;
-            *misses += tally.misses;
-            std::mem::swap(&mut self.front, &mut self.back);
+            if self.causes.len() < self.back.len() {
+                self.causes.resize(self.back.len(), 0);
+            }
+            if self.missed.len() < len {
+                self.missed.resize(len, 0);
+            }
+            let Self { front, back, causes, missed, .. } = self;
+            let out = Out { words: back, causes, missed, traced: L::TRACED };
+            let tally = level.run(unit, &front[..len], out, rule);
+            let trail = Trail { missed: &missed[..tally.misses as usize], causes: &causes[..tally.sent] };
+            ledger.level(position, len, tally.misses, trail);
+            std::mem::swap(front, back);
             len = tally.sent;
             if len == 0 {
                 return;
             }
             let Some(below) = level.below else {
-                let memory = memory_traffic(&self.front[..len], level.granule_bytes);
-                served.memory.add(&memory);
-                self.memory.add(&memory);
+                let requests = &self.front[..len];
+                ledger.memory(requests, level.granule_bytes);
+                self.memory.add(&memory_traffic(requests, level.granule_bytes));
                 return;
             };
+            if let Rescale::Finer(bits) = below.rescale {
+                ledger.split(bits);
+            }
             len = self.rescale(len, below.rescale);
             index = below.level;
             rule = below.rule;
@@ -210,10 +234,4 @@ impl Entry {
         let worst = most.saturating_mul(1 << bits);
         Self { block: (MOST_REQUESTS / worst).clamp(1, BLOCK), max_id: W::MAX_ID >> 1 >> growth.max(0) }
     }
-}
-
-fn memory_traffic<W: Word>(requests: &[W], granule_bytes: u64) -> MemoryCounts {
-    let writes = requests.iter().filter(|word| word.flagged()).count() as u64;
-    let reads = requests.len() as u64 - writes;
-    MemoryCounts { reads, writes, read_bytes: reads * granule_bytes, write_bytes: writes * granule_bytes }
 }

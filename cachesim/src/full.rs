@@ -3,6 +3,7 @@
 use crate::address::LineId;
 use crate::assoc::SectorState;
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::recency::RecencyList;
 use crate::sectors::Sectors;
 use crate::sink::Sink;
@@ -24,7 +25,7 @@ impl FullyAssociative {
         Self { list: RecencyList::new(lines), lines: Vec::new(), states: Vec::new(), sectors, fifo }
     }
 
-    pub(crate) fn run<W: Word>(&mut self, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
+    pub(crate) fn run<W: Word>(&mut self, input: &[W], out: Out<'_, W>, rule: WriteRule) -> Tally {
         let mut sink = Sink::new(out);
         for &word in input {
             self.access(word, rule, &mut sink);

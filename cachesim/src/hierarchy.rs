@@ -6,6 +6,7 @@ use crate::counts::{LevelCounts, MemoryCounts, Served};
 use crate::engine::Engine;
 use crate::error::{Error, Place};
 use crate::isa::Isa;
+use crate::ledger::{ByClass, Ledger};
 use crate::level::{Below, Rescale, WriteRule};
 
 /// One of the paths that a [`Hierarchy`] was built with.
@@ -99,7 +100,7 @@ impl Hierarchy {
     /// If `unit` is not below [`Self::units`], or `path` is of another hierarchy with more paths.
     #[inline]
     pub fn read(&mut self, path: PathId, unit: u32, lines: &[LineId]) -> Served {
-        self.run(path, unit, lines, |line| (line.get(), false))
+        self.total(path, unit, lines, |line| (line.get(), false))
     }
 
     /// Writes the lines in order; otherwise as [`Self::read`].
@@ -108,7 +109,7 @@ impl Hierarchy {
     /// As [`Self::read`].
     #[inline]
     pub fn write(&mut self, path: PathId, unit: u32, lines: &[LineId]) -> Served {
-        self.run(path, unit, lines, |line| (line.get(), true))
+        self.total(path, unit, lines, |line| (line.get(), true))
     }
 
     /// Reads and writes in order; otherwise as [`Self::read`].
@@ -117,7 +118,37 @@ impl Hierarchy {
     /// As [`Self::read`].
     #[inline]
     pub fn access(&mut self, path: PathId, unit: u32, accesses: &[Access]) -> Served {
-        self.run(path, unit, accesses, |access| (access.line().get(), access.is_write()))
+        self.total(path, unit, accesses, Access::parts)
+    }
+
+    /// As [`Self::access`], for accesses of several classes in one go: `classes[i]` is that of `accesses[i]`, and what the accesses of
+    /// class `c` cause is added to `served[c]`. A dirty line's way down counts for the access that evicts it.
+    ///
+    /// # Panics
+    /// As [`Self::read`]; or if there are not as many classes as accesses, or `served` has no place for one of them.
+    pub fn access_by_class(
+        &mut self,
+        path: PathId,
+        unit: u32,
+        accesses: &[Access],
+        classes: &[u8],
+        served: &mut [Served],
+    ) {
+        assert_eq!(accesses.len(), classes.len(), "every access has a class");
+        self.run(path, unit, accesses, Access::parts, &mut ByClass::new(classes, served));
+    }
+
+    #[inline]
+    fn total<T: Copy>(
+        &mut self,
+        path: PathId,
+        unit: u32,
+        items: &[T],
+        split: impl Fn(T) -> (u64, bool) + Copy,
+    ) -> Served {
+        let mut served = Served::default();
+        self.run(path, unit, items, split, &mut served);
+        served
     }
 
     #[inline]
@@ -127,7 +158,8 @@ impl Hierarchy {
         unit: u32,
         items: &[T],
         split: impl Fn(T) -> (u64, bool) + Copy,
-    ) -> Served {
+        ledger: &mut impl Ledger,
+    ) {
         let Path { levels, granule } = &self.paths[usize::from(path.0)];
         let (entry, last) = (levels[0], granule.last_line().get());
         let split = |item| {
@@ -135,15 +167,13 @@ impl Hierarchy {
             (line & last, write)
         };
         let mut rest = items;
-        let mut served = Served::default();
         if let Width::Narrow(engine) = &mut self.width {
-            rest = engine.run(entry, unit, items, split, &mut served);
+            rest = engine.run(entry, unit, items, split, ledger);
             if rest.is_empty() {
-                return served;
+                return;
             }
         }
-        self.widen().run(entry, unit, rest, split, &mut served);
-        served
+        self.widen().run(entry, unit, rest, split, ledger);
     }
 
     fn widen(&mut self) -> &mut Engine<u64> {

@@ -3,6 +3,7 @@
 use crate::config::{LevelConfig, WriteMiss, WritePolicy};
 use crate::counts::LevelCounts;
 use crate::isa::Isa;
+use crate::out::Out;
 use crate::store::Store;
 use crate::word::Word;
 
@@ -117,12 +118,12 @@ impl<W: Word> Level<W> {
     }
 
     /// Serves `input` from the copy that belongs to `unit`, in order. What has to go below comes first in
-    /// `out`, in order; `out` must hold [`Self::fan_out`] words per word of `input`.
+    /// `out`, in order.
     ///
     /// # Panics
     /// If there is no such unit.
     #[inline]
-    pub(crate) fn run(&mut self, unit: u32, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
+    pub(crate) fn run(&mut self, unit: u32, input: &[W], out: Out<'_, W>, rule: WriteRule) -> Tally {
         let copy = usize::from(self.copy_of_unit[unit as usize]);
         let tally = self.copies[copy].run(input, out, rule);
         let Tally { sent: _, misses, writes, write_misses, sector_misses, fills, writebacks } = tally;

@@ -1,22 +1,26 @@
 //! The rules that all kinds of cache share: what counts as what, and what goes below in which order.
 
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::word::Word;
 
 /// Where a pass counts and puts what has to go below.
 pub(crate) struct Sink<'a, W> {
-    out: &'a mut [W],
+    out: Out<'a, W>,
+    /// Accesses that have begun.
+    begun: u32,
     pub(crate) tally: Tally,
 }
 
 impl<'a, W: Word> Sink<'a, W> {
-    pub(crate) fn new(out: &'a mut [W]) -> Self {
-        Self { out, tally: Tally::default() }
+    pub(crate) fn new(out: Out<'a, W>) -> Self {
+        Self { out, begun: 0, tally: Tally::default() }
     }
 
     #[inline(always)]
     fn send(&mut self, word: W) {
-        self.out[self.tally.sent] = word;
+        self.out.words[self.tally.sent] = word;
+        self.out.causes[self.tally.sent] = self.begun - 1;
         self.tally.sent += 1;
     }
 
@@ -26,10 +30,12 @@ impl<'a, W: Word> Sink<'a, W> {
     #[inline(always)]
     pub(crate) fn serve(&mut self, word: W, valid: Option<u32>, sector: u32, rule: WriteRule) -> bool {
         let write = word.flagged();
+        self.begun += 1;
         self.tally.writes += u64::from(write);
         if valid.is_some_and(|valid| valid & sector != 0) {
             return true;
         }
+        self.out.missed[self.tally.misses as usize] = self.begun - 1;
         self.tally.misses += 1;
         self.tally.write_misses += u64::from(write);
         self.tally.sector_misses += u64::from(valid.is_some());

@@ -8,6 +8,7 @@ use crate::counts::MissClasses;
 use crate::full::FullyAssociative;
 use crate::isa::Isa;
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::policy::{fifo::FifoTurn, lru::LruStamps, plru::TreePlru, random::Random, srrip::Srrip};
 use crate::queue::{MAX_QUEUE_WAYS, Queue};
 use crate::sectors::Sectors;
@@ -75,7 +76,7 @@ impl<W: Word> Store<W> {
 
     /// Serves `input` in order; see [`crate::level::Level::run`].
     #[inline]
-    pub(crate) fn run(&mut self, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
+    pub(crate) fn run(&mut self, input: &[W], out: Out<'_, W>, rule: WriteRule) -> Tally {
         each!(self, store => store.run(input, out, rule))
     }
 

@@ -4,7 +4,7 @@
 mod naive;
 
 use cachesim::{
-    Access, Bytes, Hierarchy, Isa, LevelConfig, Levels, LineId, LineSize, Policy, Ways, WriteMiss,
+    Access, Bytes, Hierarchy, Isa, LevelConfig, Levels, LineId, LineSize, Policy, Served, Ways, WriteMiss,
     WritePolicy,
 };
 use naive::Naive;
@@ -76,6 +76,17 @@ fn runs() -> impl Strategy<Value = Vec<(u32, Vec<Access>)>> {
     prop::collection::vec((0..4_u32, prop::collection::vec(access, 1..30)), 1..30)
 }
 
+fn add(sum: &mut Served, served: Served) {
+    for (sum, served) in sum.levels.iter_mut().zip(served.levels) {
+        sum.accesses += served.accesses;
+        sum.misses += served.misses;
+    }
+    sum.memory.reads += served.memory.reads;
+    sum.memory.writes += served.memory.writes;
+    sum.memory.read_bytes += served.memory.read_bytes;
+    sum.memory.write_bytes += served.memory.write_bytes;
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
@@ -108,6 +119,36 @@ proptest! {
                 hierarchy.flush();
             }
             twin.flush();
+        }
+    }
+
+    #[test]
+    fn every_class_of_a_run_counts_what_its_accesses_cause_one_by_one(
+        levels in levels(),
+        runs in runs(),
+        far in any::<bool>(),
+        classes in prop::collection::vec(0..5_u8, 30),
+    ) {
+        let mut twin = Naive::new(&levels);
+        let machines = Isa::available();
+        let mut fast: Vec<_> = machines.iter().map(|&isa| {
+            let (hierarchy, path) = Hierarchy::chain(&levels).expect("valid by construction");
+            (hierarchy.on(isa), path, [Served::default(); 5])
+        }).collect();
+        let mut expected = [Served::default(); 5];
+        for (unit, run) in &runs {
+            let unit = unit % levels.units();
+            let run: Vec<Access> =
+                run.iter().filter(|access| far || access.line().get() < 1000).copied().collect();
+            for (access, &class) in run.iter().zip(&classes) {
+                add(&mut expected[usize::from(class)], twin.run(unit, std::slice::from_ref(access)));
+            }
+            for (hierarchy, path, served) in &mut fast {
+                hierarchy.access_by_class(*path, unit, &run, &classes[..run.len()], served);
+            }
+        }
+        for ((_, _, served), isa) in fast.iter().zip(&machines) {
+            prop_assert_eq!(served, &expected, "{}", isa);
         }
     }
 

@@ -1,6 +1,8 @@
 //! What runs the warps of a frame: in turns, or event by event.
 
-use crate::counters::{BufferTraffic, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters};
+use crate::counters::{
+    BufferTraffic, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters,
+};
 use crate::error::Error;
 use crate::interleave::{Interleaver, KindPaths};
 use crate::layout::Buffers;
@@ -24,6 +26,8 @@ pub(crate) struct Finished {
     pub(crate) traffic: [TrafficCounters; Pass::COUNT],
     /// Dirty lines written back after the last access.
     pub(crate) flush: BufferTraffic,
+    /// By [`Pass`].
+    pub(crate) waits: [WaitCounters; Pass::COUNT],
     pub(crate) schedule: ScheduleCounters,
     pub(crate) occupancy: Vec<PhaseOccupancy>,
     pub(crate) timed: Option<TimedFrame>,

@@ -5,12 +5,14 @@
 //! stores up to its next wait. The order of turns is the order in which the caches see the accesses.
 
 use crate::config::Gpu;
-use crate::counters::{BufferTraffic, Occupancy, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters};
+use crate::counters::{
+    BufferTraffic, Occupancy, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters,
+};
 use crate::engine::Finished;
 use crate::layout::{BufferKind, Buffers};
 use crate::replay::Maps;
 use crate::warp::{Run, TileStream};
-use cachesim::{Hierarchy, LineId, PathId, Policy, Served};
+use cachesim::{Access, Hierarchy, LineId, MAX_LEVELS, PathId, Policy, Served};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
@@ -80,7 +82,12 @@ pub(crate) struct Interleaver {
     misses: Vec<u32>,
     maps: Maps,
     next_number: u32,
+    /// Turns issued.
+    turns: u64,
 }
+
+/// Of so many turns, it is seen how far away the data of one are. A prime, so that it keeps step with no loop of a shader.
+const SAMPLED_TURNS: u64 = 17;
 
 /// How long how many warps were resident, phase by phase.
 #[derive(Default)]
@@ -118,25 +125,29 @@ impl OccupancyLog {
     }
 }
 
-/// The caches, and lines gathered for them.
+/// The caches, and accesses gathered for them.
 struct Caches {
     hierarchy: Hierarchy,
     routes: [Option<Route>; Run::KEYS],
-    /// The first `gathered` of [`PENDING_LINES`] are of one key and one core.
-    pending: Vec<LineId>,
+    /// The first `gathered` of [`PENDING`] take one path of one core.
+    pending: Vec<Access>,
+    /// Of each of these, the key.
+    pending_keys: Vec<u8>,
     gathered: usize,
-    pending_key: usize,
+    pending_path: PathId,
     pending_core: u32,
-    /// Accesses of the pending key that hit without being simulated.
-    spared: u64,
+    /// By key, accesses that hit without being simulated.
+    spared: Vec<u64>,
     /// By key.
-    traffic: Vec<BufferTraffic>,
-    /// Lines read from memory since the last turn ended.
-    missed: u64,
+    served: Vec<Served>,
+    /// By pass.
+    waits: [WaitCounters; Pass::COUNT],
 }
 
-/// Lines that are gathered, at most, before the caches see them.
-const PENDING_LINES: usize = 4096;
+/// When so many accesses are gathered, the caches see them.
+const PENDING: usize = 4096;
+/// No run has more lines.
+const MOST_LINES: usize = 256;
 
 impl Interleaver {
     pub(crate) fn new(
@@ -163,7 +174,7 @@ impl Interleaver {
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
-            let path = paths.of(kind, write);
+            let path = first_alike(&hierarchy, paths.of(kind, write), paths);
             let levels = hierarchy.path(path);
             let first = &gpu.levels().as_slice()[levels[0]];
             // Other policies may evict one line of the run for another, or rank a line anew when it hits.
@@ -180,13 +191,14 @@ impl Interleaver {
             caches: Caches {
                 routes: std::array::from_fn(route),
                 hierarchy,
-                pending: vec![LineId::new(0); PENDING_LINES],
+                pending: vec![Access::read(LineId::new(0)); PENDING + MOST_LINES],
+                pending_keys: vec![0; PENDING + MOST_LINES],
                 gathered: 0,
-                pending_key: 0,
+                pending_path: paths.ssbo,
                 pending_core: 0,
-                spared: 0,
-                traffic: vec![BufferTraffic::default(); Run::KEYS],
-                missed: 0,
+                spared: vec![0; Run::KEYS],
+                served: vec![Served::default(); Run::KEYS],
+                waits: Default::default(),
             },
             resident: (0..cores * slots).map(|_| None).collect(),
             cores,
@@ -199,6 +211,7 @@ impl Interleaver {
             misses: Vec::new(),
             maps,
             next_number: 0,
+            turns: 0,
         }
     }
 
@@ -250,9 +263,9 @@ impl Interleaver {
     /// Writes dirty lines back; everything has been drained.
     pub(crate) fn finish(mut self) -> Finished {
         let mut passes = [TrafficCounters::default(); Pass::COUNT];
-        for (key, traffic) in self.caches.traffic.iter().enumerate() {
+        for key in 0..Run::KEYS {
             if let Some((pass, kind, _)) = Run::of_key(key) {
-                *passes[pass as usize].of_mut(kind) += *traffic;
+                *passes[pass as usize].of_mut(kind) += self.caches.traffic(key);
             }
         }
         // The positions of a flush are level indices.
@@ -262,8 +275,8 @@ impl Interleaver {
             dram_read_bytes: memory.read_bytes,
             dram_write_bytes: memory.write_bytes,
         };
-        let Self { schedule, occupancy, .. } = self;
-        Finished { traffic: passes, flush, schedule, occupancy: occupancy.phases, timed: None }
+        let Self { caches: Caches { waits, .. }, schedule, occupancy, .. } = self;
+        Finished { waits, traffic: passes, flush, schedule, occupancy: occupancy.phases, timed: None }
     }
 
     /// Puts waiting warps into free slots: the first slots of all cores, then the second ones, and so on.
@@ -305,21 +318,28 @@ impl Interleaver {
         let Some(warp) = place else {
             return;
         };
-        let words = &warp.stream.words[..warp.end];
+        let words = &warp.stream.words;
         let mut next = warp.next;
-        loop {
+        self.turns += 1;
+        let sampled = self.turns.is_multiple_of(SAMPLED_TURNS);
+        let before = sampled.then(|| self.caches.misses());
+        let last = loop {
             let run = Run::from_word(words[next]);
-            let lines = next + 1..next + 1 + run.lines();
-            next = lines.end;
-            self.caches.access(core as u32, (first + slot) as u32, run, &words[lines]);
-            if run.is_last() || next >= words.len() {
-                break;
+            self.caches.access(core as u32, (first + slot) as u32, run, &words[next + 1..]);
+            next += 1 + run.lines();
+            if run.is_last() || next >= warp.end {
+                break run;
             }
-        }
+        };
         warp.next = next;
+        if let Some(before) = before {
+            self.caches.sample(last, before);
+        }
         if self.maps == Maps::Kept {
+            let before = self.caches.hierarchy.memory().reads;
             self.caches.flush_pending();
-            self.misses[warp.number as usize] += std::mem::take(&mut self.caches.missed) as u32;
+            let missed = self.caches.hierarchy.memory().reads - before;
+            self.misses[warp.number as usize] += missed as u32;
         }
         if next >= warp.end {
             *place = self.waiting.pop_front();
@@ -329,59 +349,107 @@ impl Interleaver {
 }
 
 impl Caches {
+    /// `lines` begins with those of the run.
     #[inline(always)]
     fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(Route { by_core, repeatable_lines, private: (base, stride), .. }) = self.routes[key] else {
+        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride) }) =
+            self.routes[key]
+        else {
             return;
         };
         let core = if by_core { core } else { 0 };
-        let repeats = if lines.len() <= repeatable_lines { 1 } else { run.repeats() as usize };
-        if key != self.pending_key || core != self.pending_core {
+        if path != self.pending_path || core != self.pending_core {
             self.flush_pending();
-            self.pending_key = key;
-            self.pending_core = core;
+            (self.pending_path, self.pending_core) = (path, core);
         }
+        let count = run.lines();
+        let repeats = if count <= repeatable_lines { 1 } else { run.repeats() as usize };
+        self.spared[key] += (run.repeats() as usize - repeats) as u64 * count as u64;
         let base = base + resident * stride;
-        self.spared += (run.repeats() as usize - repeats) as u64 * lines.len() as u64;
         for _ in 0..repeats {
-            if self.gathered + lines.len() > PENDING_LINES {
+            if self.gathered >= PENDING {
                 self.flush_pending();
             }
-            let places = &mut self.pending[self.gathered..self.gathered + lines.len()];
-            for (place, &line) in places.iter_mut().zip(lines) {
-                *place = LineId::new(u64::from(base + line));
+            // By fours, as most runs have no more: a loop of just as many steps would end where nobody expects it.
+            let (accesses, keys) =
+                (&mut self.pending[self.gathered..], &mut self.pending_keys[self.gathered..]);
+            let places = accesses.as_chunks_mut::<4>().0.iter_mut().zip(keys.as_chunks_mut::<4>().0);
+            for ((places, keys), four) in places.zip(lines.as_chunks::<4>().0).take(count.div_ceil(4)) {
+                *places = four.map(|line| Access::new(LineId::new(u64::from(base + line)), write));
+                *keys = [key as u8; 4];
             }
-            self.gathered += lines.len();
+            self.gathered += count;
         }
     }
 
     /// Lets the caches see what has been gathered.
     fn flush_pending(&mut self) {
-        let Some(route) = &self.routes[self.pending_key] else {
-            return;
-        };
-        if self.gathered == 0 {
-            return;
-        }
-        let (lines, unit) = (&self.pending[..self.gathered], self.pending_core);
-        let served = if route.write {
-            self.hierarchy.write(route.path, unit, lines)
-        } else {
-            self.hierarchy.read(route.path, unit, lines)
-        };
-        let traffic = &mut self.traffic[self.pending_key];
-        let path = self.hierarchy.path(route.path);
-        traffic.levels[path[0]].accesses += std::mem::take(&mut self.spared);
-        for (&level, served) in path.iter().zip(&served.levels) {
-            traffic.levels[level].accesses += served.accesses;
-            traffic.levels[level].misses += served.misses;
-        }
-        traffic.dram_read_bytes += served.memory.read_bytes;
-        traffic.dram_write_bytes += served.memory.write_bytes;
-        self.missed += served.memory.reads;
+        let (accesses, keys) = (&self.pending[..self.gathered], &self.pending_keys[..self.gathered]);
+        self.hierarchy.access_by_class(
+            self.pending_path,
+            self.pending_core,
+            accesses,
+            keys,
+            &mut self.served,
+        );
         self.gathered = 0;
     }
+
+    /// Misses of each level, and last of memory, once all that has been gathered is in the caches.
+    fn misses(&mut self) -> [u64; MAX_LEVELS + 1] {
+        self.flush_pending();
+        let mut misses = [0; MAX_LEVELS + 1];
+        for (level, misses) in misses.iter_mut().take(self.hierarchy.levels().as_slice().len()).enumerate() {
+            *misses = self.hierarchy.counts(level).misses;
+        }
+        misses[MAX_LEVELS] = self.hierarchy.memory().reads;
+        misses
+    }
+
+    /// Notes from where the farthest line of a turn came, whose last run is `last`; `before` are the misses before it.
+    fn sample(&mut self, last: Run, before: [u64; MAX_LEVELS + 1]) {
+        let after = self.misses();
+        let Some((route, (pass, ..))) = self.routes[last.key()].as_ref().zip(Run::of_key(last.key())) else {
+            return;
+        };
+        if route.write {
+            return;
+        }
+        let path = self.hierarchy.path(route.path);
+        let missed = |&level: &usize| after[level] > before[level];
+        let from = if after[MAX_LEVELS] > before[MAX_LEVELS] {
+            MAX_LEVELS
+        } else {
+            let passed = path.iter().take_while(|level| missed(level)).count();
+            path[passed.min(path.len() - 1)]
+        };
+        self.waits[pass as usize].from[from] += 1;
+    }
+
+    /// What the accesses of a key caused.
+    fn traffic(&self, key: usize) -> BufferTraffic {
+        let mut traffic = BufferTraffic::default();
+        let Some(route) = &self.routes[key] else {
+            return traffic;
+        };
+        let served = &self.served[key];
+        let path = self.hierarchy.path(route.path);
+        for (&level, served) in path.iter().zip(&served.levels) {
+            traffic.levels[level] = *served;
+        }
+        traffic.levels[path[0]].accesses += self.spared[key];
+        traffic.dram_read_bytes = served.memory.read_bytes;
+        traffic.dram_write_bytes = served.memory.write_bytes;
+        traffic
+    }
+}
+
+/// The first path that leads through the same levels, so that accesses that take either need not be told apart.
+fn first_alike(hierarchy: &Hierarchy, path: PathId, paths: KindPaths) -> PathId {
+    let KindPaths { ssbo, texture, private, vertex } = paths;
+    let alike = |other: &PathId| hierarchy.path(*other) == hierarchy.path(path);
+    [ssbo, texture, private, vertex].into_iter().find(alike).unwrap_or(path)
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ pub use config::{
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Occupancy, Pass,
-    PassCounters, PhaseOccupancy, ScheduleCounters, TrafficCounters, Value,
+    PassCounters, PhaseOccupancy, ScheduleCounters, TrafficCounters, Value, WaitCounters,
 };
 pub use error::Error;
 pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, estimate};

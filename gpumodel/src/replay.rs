@@ -394,9 +394,12 @@ impl<'a> Variant<'a> {
             self.present(frame);
         }
         let Self { program, engine, resident_warps, mut counters, maps, .. } = self;
-        let Finished { traffic, flush, schedule, occupancy, timed } = engine.finish();
+        let Finished { traffic, flush, waits, schedule, occupancy, timed } = engine.finish();
         for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
             pass.traffic = traffic;
+        }
+        for (pass, waits) in counters.passes.iter_mut().zip(waits) {
+            pass.waits = waits;
         }
         counters.flush = flush;
         counters.schedule = schedule;

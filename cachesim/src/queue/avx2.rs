@@ -5,6 +5,7 @@ use std::arch::x86_64::*;
 use super::vector::{MaskOrder, SetVector, mixed, reads, up_to};
 use super::{Passes, QueueSets};
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::policy::{fifo::Fifo, lru::Lru};
 use crate::word::Word;
 
@@ -22,7 +23,7 @@ unsafe fn reads_avx2<V: SetVector, O: MaskOrder>(
 unsafe fn mixed_avx2<V: SetVector, O: MaskOrder>(
     sets: &mut QueueSets<V::Word>,
     input: &[V::Word],
-    out: &mut [V::Word],
+    out: Out<'_, V::Word>,
     rule: WriteRule,
 ) -> Tally {
     // SAFETY: the features are enabled here, and the caller vouches for the machine.

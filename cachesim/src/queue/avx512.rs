@@ -6,6 +6,7 @@ use super::avx2::U32x4;
 use super::vector::{MaskOrder, SetVector, mixed, reads};
 use super::{Passes, QueueSets};
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::policy::{fifo::Fifo, lru::Lru};
 use crate::word::Word;
 
@@ -23,7 +24,7 @@ unsafe fn reads_avx512<V: SetVector, O: MaskOrder>(
 unsafe fn mixed_avx512<V: SetVector, O: MaskOrder>(
     sets: &mut QueueSets<V::Word>,
     input: &[V::Word],
-    out: &mut [V::Word],
+    out: Out<'_, V::Word>,
     rule: WriteRule,
 ) -> Tally {
     // SAFETY: the features are enabled here, and the caller vouches for the machine.

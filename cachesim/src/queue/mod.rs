@@ -22,6 +22,7 @@ use self::aligned::Aligned;
 use crate::config::{LevelConfig, Policy};
 use crate::isa::{Isa, Kind};
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::policy::{fifo::Fifo, lru::Lru};
 use crate::sets::SetIndex;
 use crate::word::Word;
@@ -45,8 +46,9 @@ pub(crate) struct Passes<W> {
     /// Serves reads from sets without a dirty line. The lines that missed come first in the output, which
     /// must be as long as the input; their number is returned.
     reads: unsafe fn(&mut QueueSets<W>, &[W], &mut [W]) -> usize,
-    /// Serves reads and writes. The output must be twice as long as the input.
-    mixed: unsafe fn(&mut QueueSets<W>, &[W], &mut [W], WriteRule) -> Tally,
+    /// Serves reads and writes, and says who caused what; counts no [`Tally::writes`]. The output must be twice as long
+    /// as the input.
+    mixed: unsafe fn(&mut QueueSets<W>, &[W], Out<'_, W>, WriteRule) -> Tally,
 }
 
 /// Words for which there may be vector loops.
@@ -114,15 +116,16 @@ impl<W: Word> Queue<W> {
     }
 
     #[inline]
-    pub(crate) fn run(&mut self, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
-        let writes = input.iter().fold(false, |any, word| any | word.flagged());
-        if writes || self.dirty {
-            self.dirty |= writes && !rule.through;
+    pub(crate) fn run(&mut self, input: &[W], out: Out<'_, W>, rule: WriteRule) -> Tally {
+        let writes = input.iter().filter(|word| word.flagged()).count() as u64;
+        if writes > 0 || self.dirty || out.traced {
+            self.dirty |= writes > 0 && !rule.through;
             // SAFETY: the loops were chosen for an `Isa`, which exists only where the machine has it.
-            unsafe { (self.passes.mixed)(&mut self.sets, input, out, rule) }
+            let tally = unsafe { (self.passes.mixed)(&mut self.sets, input, out, rule) };
+            Tally { writes, ..tally }
         } else {
             // SAFETY: as above.
-            let sent = unsafe { (self.passes.reads)(&mut self.sets, input, out) };
+            let sent = unsafe { (self.passes.reads)(&mut self.sets, input, out.words) };
             Tally { sent, misses: sent as u64, fills: sent as u64, ..Tally::default() }
         }
     }

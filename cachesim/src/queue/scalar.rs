@@ -2,6 +2,7 @@
 
 use super::{Passes, QueueSets};
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::sets::Index;
 use crate::sink::Sink;
 use crate::word::Word;
@@ -36,7 +37,7 @@ fn reads<W: Word, O: Order>(sets: &mut QueueSets<W>, input: &[W], out: &mut [W])
     sent
 }
 
-fn mixed<W: Word, O: Order>(sets: &mut QueueSets<W>, input: &[W], out: &mut [W], rule: WriteRule) -> Tally {
+fn mixed<W: Word, O: Order>(sets: &mut QueueSets<W>, input: &[W], out: Out<'_, W>, rule: WriteRule) -> Tally {
     let mut sink = Sink::new(out);
     for &word in input {
         let line = word.without_flag();

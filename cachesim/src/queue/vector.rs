@@ -2,6 +2,7 @@
 
 use super::QueueSets;
 use crate::level::{Tally, WriteRule};
+use crate::out::Out;
 use crate::sets::{Index, SetIndex};
 use crate::word::Word;
 
@@ -122,7 +123,7 @@ unsafe fn reads_by<V: SetVector, O: MaskOrder, I: Index>(
 pub(super) unsafe fn mixed<V: SetVector, O: MaskOrder>(
     sets: &mut QueueSets<V::Word>,
     input: &[V::Word],
-    out: &mut [V::Word],
+    out: Out<'_, V::Word>,
     rule: WriteRule,
 ) -> Tally {
     // SAFETY: passed on.
@@ -141,47 +142,68 @@ unsafe fn mixed_by<V: SetVector, O: MaskOrder, I: Index>(
     sets: &mut QueueSets<V::Word>,
     index: I,
     input: &[V::Word],
-    out: &mut [V::Word],
+    out: Out<'_, V::Word>,
     rule: WriteRule,
 ) -> Tally {
     let tags = sets.tags.as_mut_slice();
-    assert!(sets.lanes == V::LANES && tags.len() >= index.sets() * V::LANES && out.len() >= 2 * input.len());
+    let (most, ways) = (2 * input.len(), index.sets() * V::LANES);
+    let room = out.words.len() >= most && out.causes.len() >= most && out.missed.len() >= input.len();
+    assert!(sets.lanes == V::LANES && tags.len() >= ways && room);
     let last = 1_u32 << (sets.ways - 1);
-    let (tags, out) = (tags.as_mut_ptr(), out.as_mut_ptr());
+    let tags = tags.as_mut_ptr();
     let mut tally = Tally::default();
     let mut sent = 0;
-    for &word in input {
+    for (position, &word) in (0_u32..).zip(input) {
         let (line, write) = (word.without_flag(), word.flagged());
-        // SAFETY: as in `reads_by`; `sent` grows by at most two per input word, because a level that
-        // writes through has no dirty victim, and a write that goes around has none and fetches nothing.
-        unsafe {
+        // SAFETY: as in `reads_by`; features are the caller's promise.
+        let (at, set) = unsafe {
             let at = tags.add(index.of(line) * V::LANES);
-            let set = V::load(at);
-            let flags = set.flags();
-            let hit = set.without_flags().equal(line);
-            let miss = hit == 0;
-            let kept = !(miss & write & !rule.allocate);
-            let dirty = (flags & hit != 0) | (write & !rule.through);
-            let moved = if kept { O::moved(hit, last) } else { 0 };
-            let place = if kept { O::place(hit) } else { 0 };
-            let evicts_dirty = miss & kept & (flags & last != 0);
-            let fetches = miss & kept & (!write | rule.fetch);
-            let passes_on = write & (rule.through | !kept);
-
-            let victim = *at.add(sets.ways - 1);
-            let front = line.with_flag(dirty);
-            set.pushed(front, moved).replaced(front, place).store(at);
-
-            *out.add(sent) = line;
-            sent += usize::from(fetches);
-            *out.add(sent) = if evicts_dirty { victim } else { word };
-            sent += usize::from(evicts_dirty | passes_on);
-
-            tally.misses += u64::from(miss);
-            tally.writes += u64::from(write);
-            tally.write_misses += u64::from(miss & write);
-            tally.fills += u64::from(fetches);
-            tally.writebacks += u64::from(evicts_dirty);
+            (at, V::load(at))
+        };
+        // SAFETY: features, and `at` has a whole set.
+        let (flags, hit) = unsafe { (set.flags(), set.without_flags().equal(line)) };
+        let front = line.with_flag((flags & hit != 0) | (write & !rule.through));
+        // Hits are many and alike, so they are quick; nobody above writes through to here often.
+        if hit != 0 {
+            // SAFETY: as above.
+            unsafe {
+                set.pushed(front, O::moved(hit, last)).replaced(front, O::place(hit)).store(at);
+            }
+            if write & rule.through {
+                out.words[sent] = word;
+                out.causes[sent] = position;
+                sent += 1;
+            }
+            continue;
+        }
+        let kept = !write | rule.allocate;
+        let fetches = kept & (!write | rule.fetch);
+        let evicts_dirty = kept & (flags & last != 0);
+        let passes_on = write & (rule.through | !kept);
+        out.missed[tally.misses as usize] = position;
+        tally.misses += 1;
+        tally.write_misses += u64::from(write);
+        tally.fills += u64::from(fetches);
+        tally.writebacks += u64::from(evicts_dirty);
+        // A level that writes through has no dirty victim, and a write that goes around has none and fetches nothing:
+        // two words at most.
+        if fetches {
+            out.words[sent] = line;
+            out.causes[sent] = position;
+            sent += 1;
+        }
+        if evicts_dirty | passes_on {
+            // SAFETY: the last way lies in the set at `at`.
+            let victim = unsafe { *at.add(sets.ways - 1) };
+            out.words[sent] = if evicts_dirty { victim } else { word };
+            out.causes[sent] = position;
+            sent += 1;
+        }
+        if kept {
+            // SAFETY: as above.
+            unsafe {
+                set.pushed(front, O::moved(0, last)).replaced(front, O::place(0)).store(at);
+            }
         }
     }
     tally.sent = sent;

@@ -63,6 +63,8 @@ counters! {
         pub memory_instructions: u64,
         /// Times that a warp waits for loads: those of one record are in flight together.
         pub memory_waits: u64,
+        /// Lines asked for: the distinct lines of each load and store, loads that touch the same lines once.
+        pub line_requests: u64,
         /// Lines touched: the distinct lines of each load and store.
         pub line_accesses: u64,
         /// Bytes that lanes loaded and stored.
@@ -183,6 +185,19 @@ impl TrafficCounters {
     }
 }
 
+/// Where turns that wait for loads found the farthest of their lines. A sample of turns, evenly spread over the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WaitCounters {
+    /// By index into [`Gpu::caches`](crate::Gpu::caches) of the cache that had it; the last one is memory.
+    pub from: [u64; MAX_LEVELS + 1],
+}
+
+impl AddAssign for WaitCounters {
+    fn add_assign(&mut self, other: Self) {
+        self.from.iter_mut().zip(other.from).for_each(|(sum, from)| *sum += from);
+    }
+}
+
 counters! {
     /// One pass of the frame.
     pub struct PassCounters {
@@ -190,6 +205,8 @@ counters! {
         pub issue: IssueCounters,
         /// In the caches and memory.
         pub traffic: TrafficCounters,
+        /// Where waiting turns found their data.
+        pub waits: WaitCounters,
     }
 }
 

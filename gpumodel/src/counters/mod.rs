@@ -6,7 +6,7 @@ mod table;
 
 pub use frame::{
     BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Occupancy, Pass, PassCounters,
-    PhaseOccupancy, ScheduleCounters,
+    PhaseOccupancy, ScheduleCounters, WaitCounters,
     TrafficCounters,
 };
 pub use set::{CounterSet, Value};

@@ -140,26 +140,27 @@ fn dram_bandwidth(gpu: &Gpu) -> f64 {
 
 /// Seconds that all lines are on their way, and seconds that all turns wait for theirs, with nothing else on the way.
 ///
-/// The loads of a turn are in flight together: it waits for the farthest place that any of its lines comes from. With `n` lines
-/// per wait, of which a share `m` misses a level, some line misses it with probability `1 - (1 - m)^n`; misses are taken as
-/// independent.
+/// The loads of a turn are in flight together: it waits for the farthest place that any of its lines comes from.
 fn waits(counters: &PassCounters, traffic: &BufferTraffic, path: &[usize], gpu: &Gpu) -> (f64, f64) {
     let issue = &counters.issue;
-    if issue.memory_waits == 0 || issue.line_accesses == 0 {
-        return (0.0, 0.0);
-    }
-    let (lines, turns) = (issue.line_accesses as f64, issue.memory_waits as f64);
-    let mut line_cycles = gpu.caches[path[0]].latency_cycles;
-    let mut turn_cycles = line_cycles;
+    let memory = gpu.dram.latency_seconds * gpu.clock.hz;
+    let latency = |level: usize| match gpu.caches.get(level) {
+        Some(cache) => cache.latency_cycles,
+        None => path.last().map_or(0.0, |&last| gpu.caches[last].latency_cycles) + memory,
+    };
+    let mut line_cycles = issue.line_requests as f64 * latency(path[0]);
     for (position, &level) in path.iter().enumerate() {
-        let share = (traffic.levels[level].misses as f64 / lines).min(1.0);
-        let some_line_misses = -f64::exp_m1(lines / turns * f64::ln_1p(-share));
-        let beyond = match path.get(position + 1) {
-            Some(&below) => gpu.caches[below].latency_cycles - gpu.caches[level].latency_cycles,
-            None => gpu.dram.latency_seconds * gpu.clock.hz,
-        };
-        line_cycles += share * beyond;
-        turn_cycles += some_line_misses * beyond;
+        let beyond = latency(path.get(position + 1).copied().unwrap_or(usize::MAX)) - latency(level);
+        line_cycles += traffic.levels[level].misses as f64 * beyond;
     }
-    (lines * line_cycles / gpu.clock.hz, turns * turn_cycles / gpu.clock.hz)
+    let sampled: u64 = counters.waits.from.iter().sum();
+    let mut turn_cycles = 0.0;
+    if sampled > 0 {
+        for (level, &turns) in counters.waits.from.iter().enumerate() {
+            turn_cycles += turns as f64 / sampled as f64 * latency(level);
+        }
+    } else {
+        turn_cycles = latency(path[0]);
+    }
+    (line_cycles / gpu.clock.hz, issue.memory_waits as f64 * turn_cycles / gpu.clock.hz)
 }

@@ -91,7 +91,7 @@ fn network(counters: &PassCounters, demand: &Demand, level: &Occupancy, turns: f
         own("EFU", per_turn(demand.efu), 1, 1.0),
         own("load/store port", per_turn(demand.load_store), 1, 1.0),
     ];
-    let lines = issue.line_accesses as f64;
+    let lines = issue.line_requests as f64;
     let waits = (issue.memory_waits.max(1)) as f64;
     for (cache, served) in gpu.caches.iter().zip(traffic.levels) {
         let accesses = served.accesses as f64;

@@ -215,7 +215,7 @@ impl Machine {
             warps: self.warps,
         };
         let dram = self.memory.dram().counts();
-        Finished { traffic, flush, schedule, occupancy: Vec::new(), timed: Some(TimedFrame { phases: self.phases, dram }) }
+        Finished { traffic, flush, waits: Default::default(), schedule, occupancy: Vec::new(), timed: Some(TimedFrame { phases: self.phases, dram }) }
     }
 
     /// One event; false if there is none.

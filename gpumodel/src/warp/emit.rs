@@ -119,6 +119,7 @@ impl Emitter {
         let mut part = self.part(program, pass);
         let found = part.distinct.filter(lines.iter().copied(), part.writer.lines());
         part.writer.push(Run::new(pass, kind, false, found, 1));
+        part.counters.line_requests += found as u64;
         part.counters.line_accesses += found as u64;
         if program.keeps_turns {
             part.turns.load(found as u32);
@@ -264,6 +265,7 @@ impl Part<'_> {
         let port_cycles = (found as u32).max(bytes.div_ceil(self.program.port_bytes));
         let (repeats, lines) = (u64::from(repeats), found as u64);
         self.counters.memory_instructions += repeats;
+        self.counters.line_requests += lines;
         self.counters.line_accesses += repeats * lines;
         self.counters.lane_bytes += repeats * u64::from(bytes);
         self.counters.load_store_cycles += repeats * u64::from(port_cycles);

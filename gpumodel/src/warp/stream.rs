@@ -7,6 +7,7 @@ use std::ops::Range;
 /// The streams of a tile's warps, and what the warps issued.
 #[derive(Debug, Default)]
 pub(crate) struct TileStream {
+    /// At the end follow [`PADDING`] words that mean nothing, so that lines can be read by fours.
     pub(crate) words: Vec<u32>,
     /// Where each warp's words end.
     pub(crate) warp_ends: Vec<usize>,
@@ -17,6 +18,9 @@ pub(crate) struct TileStream {
     /// By [`Pass`].
     pub(crate) issue: [IssueCounters; Pass::COUNT],
 }
+
+/// Words at the end of a stream.
+const PADDING: usize = 4;
 
 /// What a warp does between two waits: it computes, then issues loads and stores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -157,7 +161,7 @@ impl StreamWriter {
 
     /// What has been written; the next tile begins.
     pub(crate) fn take(&mut self) -> Vec<u32> {
-        let words = self.words[..self.used].to_vec();
+        let words = self.words[..self.used + PADDING].to_vec();
         self.used = 0;
         words
     }

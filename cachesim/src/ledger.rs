@@ -1,0 +1,108 @@
+//! Who hears what a run caused.
+
+use crate::counts::{LevelServed, MemoryCounts, Served};
+use crate::word::Word;
+
+/// Follows a run down its path, level by level.
+pub(crate) trait Ledger {
+    /// Whether [`Self::level`] looks at who missed and who caused what.
+    const TRACED: bool;
+
+    /// The next `len` accesses of the run enter.
+    fn enter(&mut self, len: usize);
+
+    /// `len` requests went through the level at a position of the path. `missed` and `causes` are those of
+    /// [`Out`](crate::out::Out), cut to what there was.
+    fn level(&mut self, position: usize, len: usize, misses: u64, trail: Trail<'_>);
+
+    /// Each request becomes `1 << bits`.
+    fn split(&mut self, bits: u32);
+
+    /// The requests reach the memory.
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64);
+}
+
+/// Positions among the requests that entered a level.
+pub(crate) struct Trail<'a> {
+    pub(crate) missed: &'a [u32],
+    /// Of each request that goes below.
+    pub(crate) causes: &'a [u32],
+}
+
+impl Ledger for Served {
+    const TRACED: bool = false;
+
+    fn enter(&mut self, _len: usize) {}
+
+    #[inline(always)]
+    fn level(&mut self, position: usize, len: usize, misses: u64, _trail: Trail<'_>) {
+        let LevelServed { accesses, misses: sum } = &mut self.levels[position];
+        *accesses += len as u64;
+        *sum += misses;
+    }
+
+    fn split(&mut self, _bits: u32) {}
+
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64) {
+        self.memory.add(&memory_traffic(requests, granule_bytes));
+    }
+}
+
+/// Tells what accesses of several classes caused.
+pub(crate) struct ByClass<'a> {
+    /// Of the accesses that have not entered yet.
+    later: &'a [u8],
+    /// Of the requests on their way.
+    now: Vec<u8>,
+    next: Vec<u8>,
+    served: &'a mut [Served],
+}
+
+impl<'a> ByClass<'a> {
+    /// `classes` are those of all accesses; what class `c` causes is added to `served[c]`.
+    pub(crate) fn new(classes: &'a [u8], served: &'a mut [Served]) -> Self {
+        Self { later: classes, now: Vec::new(), next: Vec::new(), served }
+    }
+}
+
+impl Ledger for ByClass<'_> {
+    const TRACED: bool = true;
+
+    fn enter(&mut self, len: usize) {
+        let (now, later) = self.later.split_at(len);
+        self.now.clear();
+        self.now.extend_from_slice(now);
+        self.later = later;
+    }
+
+    fn level(&mut self, position: usize, _len: usize, _misses: u64, trail: Trail<'_>) {
+        for &class in &self.now {
+            self.served[usize::from(class)].levels[position].accesses += 1;
+        }
+        for &request in trail.missed {
+            self.served[usize::from(self.now[request as usize])].levels[position].misses += 1;
+        }
+        self.next.clear();
+        self.next.extend(trail.causes.iter().map(|&request| self.now[request as usize]));
+        std::mem::swap(&mut self.now, &mut self.next);
+    }
+
+    fn split(&mut self, bits: u32) {
+        self.next.clear();
+        self.next.extend(self.now.iter().flat_map(|&class| std::iter::repeat_n(class, 1 << bits)));
+        std::mem::swap(&mut self.now, &mut self.next);
+    }
+
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64) {
+        for (request, &class) in requests.iter().zip(&self.now) {
+            self.served[usize::from(class)].memory.add(&memory_traffic(&[*request], granule_bytes));
+        }
+    }
+}
+
+/// What requests are to the memory.
+pub(crate) fn memory_traffic<W: Word>(requests: &[W], granule_bytes: u64) -> MemoryCounts {
+    let writes = requests.iter().filter(|word| word.flagged()).count() as u64;
+    let reads = requests.len() as u64 - writes;
+    MemoryCounts { reads, writes, read_bytes: reads * granule_bytes, write_bytes: writes * granule_bytes }
+}
