@@ -76,7 +76,8 @@ impl Term {
 
     /// Rate at which [`Term::waiting`] falls with `ln(1 + v)`.
     fn waiting_slope(&self, waiting: f64, odds: f64, spread: f64) -> f64 {
-        let steepness = self.population * (1.0 + self.idle) * spread / (self.population * odds + self.residual);
+        let steepness =
+            self.population * (1.0 + self.idle) * spread / (self.population * odds + self.residual);
         if self.waits() { waiting * (self.exponent + steepness) } else { 0.0 }
     }
 
@@ -95,7 +96,8 @@ impl Term {
     fn missing(&self, headroom: f64, odds: f64) -> f64 {
         let unpowered =
             if self.exponent == 1.0 { headroom } else { -(-self.exponent * odds.ln_1p()).exp_m1() };
-        let lack = (self.population * odds + self.residual * unpowered) / (self.population * odds + self.residual);
+        let lack =
+            (self.population * odds + self.residual * unpowered) / (self.population * odds + self.residual);
         self.in_service * headroom + (self.population - 1.0) * lack
     }
 }
@@ -154,7 +156,8 @@ impl<'a> Balance<'a> {
     /// Odds that are surely too low and odds that are surely too high: nobody waits, and everybody waits everywhere.
     fn bracket(&self, think: f64) -> (f64, f64) {
         let lack = self.busiest.in_service - self.customers;
-        let queued: f64 = self.others.iter().map(|term| term.share * term.in_service.max(self.customers)).sum();
+        let queued: f64 =
+            self.others.iter().map(|term| term.share * term.in_service.max(self.customers)).sum();
         let low = (self.delays + lack) / self.customers;
         let high = (think + queued + lack.max(0.0)) / self.customers;
         (low.max(0.0) * (1.0 - 1e-9), high.max(low) * (1.0 + 1e-9) + f64::MIN_POSITIVE)
@@ -196,5 +199,8 @@ impl<'a> Balance<'a> {
 /// The largest demand per server of a network and the station's place, if any station has demand.
 pub(super) fn busiest(network: &Network) -> Option<(usize, f64)> {
     let per_server = network.stations.iter().map(|station| station.demand / f64::from(station.servers));
-    per_server.enumerate().filter(|(_, time)| *time > 0.0).reduce(|best, next| if next.1 > best.1 { next } else { best })
+    per_server
+        .enumerate()
+        .filter(|(_, time)| *time > 0.0)
+        .reduce(|best, next| if next.1 > best.1 { next } else { best })
 }

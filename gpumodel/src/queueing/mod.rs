@@ -43,9 +43,11 @@
 //!
 //! # Limits
 //!
-//! The result is an estimate: against the exact solution of product-form networks the tests state the error. Deterministic
-//! stations are taken to see random arrivals; customers that march in step queue less. The waiting of fewer than about `2 m`
-//! customers at `m` servers is overestimated.
+//! The estimate errs on the slow side. Against the exact throughput of 20,000 product-form networks of 1 to 64 customers and
+//! 1 to 16 servers it is 1.1 % low in the mean and 7.1 % at worst (one station with a delay, and few customers), and never high.
+//! Constant service is taken to see random arrivals, so where customers leave one constant station in step and need not
+//! queue at the next, or bursts divide evenly among servers, it is up to a fifth low against simulation. The tests print
+//! and bound all of these figures.
 
 mod balance;
 mod network;
