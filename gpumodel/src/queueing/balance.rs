@@ -119,7 +119,7 @@ pub(super) struct Root {
     pub(super) evaluations: u32,
 }
 
-/// Steps by slope before bisection takes over: ten times what any tested network needs.
+/// Evaluations before bisection takes over, above twice what any tested network needs.
 const MOST_STEPS: u32 = 32;
 /// Imbalance that is only rounding, relative to the customers elsewhere.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
@@ -169,6 +169,10 @@ impl<'a> Balance<'a> {
     /// near; a step out of the bracket is replaced by its middle. After [`MOST_STEPS`] the bracket is halved over the
     /// floats in it, in order, which ends at two neighbours after at most 64 halvings. So there are at most 96 evaluations.
     pub(super) fn root(&self, think: f64) -> Root {
+        self.root_stepping(think, MOST_STEPS)
+    }
+
+    fn root_stepping(&self, think: f64, most_steps: u32) -> Root {
         let (mut low, mut high) = self.bracket(think);
         let mut odds = low;
         let mut evaluations = 0;
@@ -190,7 +194,7 @@ impl<'a> Balance<'a> {
             }
             let step = -excess * (1.0 + excess / self.customers) / slope;
             let next = odds + step;
-            odds = if evaluations < MOST_STEPS && low < next && next < high { next } else { middle };
+            odds = if evaluations < most_steps && low < next && next < high { next } else { middle };
         }
         Root { odds, evaluations }
     }
@@ -203,4 +207,30 @@ pub(super) fn busiest(network: &Network) -> Option<(usize, f64)> {
         .enumerate()
         .filter(|(_, time)| *time > 0.0)
         .reduce(|best, next| if next.1 > best.1 { next } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bisection_alone_finds_the_same_root_in_time() {
+        let mut most = 0;
+        for customers in [1.0, 2.0, 63.5, 1e6] {
+            for think in [0.0, 1e-9, 1.0, 1e9, customers] {
+                for (servers, ratio) in [(1, 1.0), (1, 1e-9), (16, 0.5), (64, 1e-3)] {
+                    let first = Station { servers, ..Station::single("first", f64::from(servers)) };
+                    let second = Station { variability: 0.0, ..Station::single("second", ratio) };
+                    let others = [Term::new(&second, customers, 1.0)];
+                    let balance = Balance::new(customers, think, Term::new(&first, customers, 1.0), &others);
+                    let (stepped, halved) = (balance.root(think), balance.root_stepping(think, 0));
+                    let (found, expected) =
+                        (stepped.odds / (1.0 + stepped.odds), halved.odds / (1.0 + halved.odds));
+                    assert!((found - expected).abs() <= 1e-13, "{balance:?}: {stepped:?} and {halved:?}");
+                    most = most.max(halved.evaluations);
+                }
+            }
+        }
+        assert!((32..=64).contains(&most), "{most} evaluations");
+    }
 }
