@@ -52,8 +52,11 @@ fn one_station_of_constant_service_is_the_root_of_its_quadratic() {
 #[test]
 fn many_customers_wait_as_in_open_queues() {
     for utilisation in [0.1, 0.5, 0.9] {
-        for (variability, factor) in [(1.0, 1.0), (0.0, 0.5), (3.0, 2.0)] {
-            let station = Station { variability, ..Station::single("dram", 1.0) };
+        // A burst of exponential requests is one service of Erlang's distribution.
+        for (variability, burst, factor) in
+            [(1.0, 1.0, 1.0), (0.0, 1.0, 0.5), (3.0, 1.0, 2.0), (1.0, 4.0, 0.625)]
+        {
+            let station = Station { variability, burst, ..Station::single("dram", 1.0) };
             let found = solved(1e9, 1e9 / utilisation, vec![station]);
             // Pollaczek and Khinchine.
             let expected = factor * utilisation / (1.0 - utilisation);
