@@ -85,7 +85,8 @@ impl Term {
 
     /// Rate at which [`Term::waiting`] falls with `ln(1 + v)`.
     fn waiting_slope(&self, waiting: f64, odds: f64, spread: f64) -> f64 {
-        let steepness = self.population * (1.0 + self.idle) * spread / (self.population * odds + self.residual);
+        let steepness =
+            self.population * (1.0 + self.idle) * spread / (self.population * odds + self.residual);
         if self.waits() { waiting * (self.exponent + steepness) } else { 0.0 }
     }
 
@@ -104,7 +105,8 @@ impl Term {
     fn missing(&self, headroom: f64, odds: f64) -> f64 {
         let unpowered =
             if self.exponent == 1.0 { headroom } else { -(-self.exponent * odds.ln_1p()).exp_m1() };
-        let lack = (self.population * odds + self.residual * unpowered) / (self.population * odds + self.residual);
+        let lack =
+            (self.population * odds + self.residual * unpowered) / (self.population * odds + self.residual);
         self.ours * (self.in_service * headroom + (self.population - 1.0) * lack)
     }
 }
@@ -126,7 +128,7 @@ pub(super) struct Root {
     pub(super) evaluations: u32,
 }
 
-/// Steps by slope before bisection takes over: ten times what any tested network needs.
+/// Evaluations before bisection takes over, above twice what any tested network needs.
 const MOST_STEPS: u32 = 32;
 /// Imbalance that is only rounding, relative to the customers elsewhere.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
@@ -163,7 +165,8 @@ impl<'a> Balance<'a> {
     /// Odds that are surely too low and odds that are surely too high: nobody waits, and everybody waits everywhere.
     fn bracket(&self, think: f64) -> (f64, f64) {
         let lack = self.busiest.served(1.0) - self.customers;
-        let queued: f64 = self.others.iter().map(|term| term.share * term.served(1.0).max(self.customers)).sum();
+        let queued: f64 =
+            self.others.iter().map(|term| term.share * term.served(1.0).max(self.customers)).sum();
         let low = (self.delays + lack) / self.customers;
         let high = (think + queued + lack.max(0.0)) / self.customers;
         (low.max(0.0) * (1.0 - 1e-9), high.max(low) * (1.0 + 1e-9) + f64::MIN_POSITIVE)
@@ -175,6 +178,10 @@ impl<'a> Balance<'a> {
     /// near; a step out of the bracket is replaced by its middle. After [`MOST_STEPS`] the bracket is halved over the
     /// floats in it, in order, which ends at two neighbours after at most 64 halvings. So there are at most 96 evaluations.
     pub(super) fn root(&self, think: f64) -> Root {
+        self.root_stepping(think, MOST_STEPS)
+    }
+
+    fn root_stepping(&self, think: f64, most_steps: u32) -> Root {
         let (mut low, mut high) = self.bracket(think);
         let mut odds = low;
         let mut evaluations = 0;
@@ -196,7 +203,7 @@ impl<'a> Balance<'a> {
             }
             let step = -excess * (1.0 + excess / self.customers) / slope;
             let next = odds + step;
-            odds = if evaluations < MOST_STEPS && low < next && next < high { next } else { middle };
+            odds = if evaluations < most_steps && low < next && next < high { next } else { middle };
         }
         Root { odds, evaluations }
     }
@@ -204,6 +211,35 @@ impl<'a> Balance<'a> {
 
 /// The largest demand per server of a network and the station's place, if any station has demand.
 pub(super) fn busiest(network: &Network) -> Option<(usize, f64)> {
-    let per_server = network.stations.iter().map(Station::per_server);
-    per_server.enumerate().filter(|(_, time)| *time > 0.0).reduce(|best, next| if next.1 > best.1 { next } else { best })
+    let per_server = network.stations.iter().map(|station| station.demand / f64::from(station.servers));
+    per_server
+        .enumerate()
+        .filter(|(_, time)| *time > 0.0)
+        .reduce(|best, next| if next.1 > best.1 { next } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bisection_alone_finds_the_same_root_in_time() {
+        let mut most = 0;
+        for customers in [1.0, 2.0, 63.5, 1e6] {
+            for think in [0.0, 1e-9, 1.0, 1e9, customers] {
+                for (servers, ratio) in [(1, 1.0), (1, 1e-9), (16, 0.5), (64, 1e-3)] {
+                    let first = Station { servers, ..Station::single("first", f64::from(servers)) };
+                    let second = Station { variability: 0.0, ..Station::single("second", ratio) };
+                    let others = [Term::new(&second, customers, 1.0)];
+                    let balance = Balance::new(customers, think, Term::new(&first, customers, 1.0), &others);
+                    let (stepped, halved) = (balance.root(think), balance.root_stepping(think, 0));
+                    let (found, expected) =
+                        (stepped.odds / (1.0 + stepped.odds), halved.odds / (1.0 + halved.odds));
+                    assert!((found - expected).abs() <= 1e-13, "{balance:?}: {stepped:?} and {halved:?}");
+                    most = most.max(halved.evaluations);
+                }
+            }
+        }
+        assert!((32..=64).contains(&most), "{most} evaluations");
+    }
 }

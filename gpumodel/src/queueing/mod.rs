@@ -25,6 +25,9 @@
 //! * `ρ = 1`: `Q = N` whatever `C²`, `k`, `m`. So no server is ever more than busy, and no one waits for more than the
 //!   `N - c` others that are not in service.
 //!
+//! A station with `S` sharers serves `S` networks like this one: its utilisation is `S X D / m`, its queue forms among `S N`
+//! customers, and `Q / S` of it belong to this network.
+//!
 //! # Why time is monotone in every capacity
 //!
 //! Write the waiting part as `w = φ ρ^(s-1) (M - 1) / (M h + φ)` with `h = u / ρ`, which falls as `ρ` rises.
@@ -38,14 +41,18 @@
 //!   balance grows at least as fast as the left, and the root rises. A customer's own cycle gets no shorter by it,
 //!   because `ρ` and `M` both rise.
 //!
+//! * Fewer sharers lower `ρ` and, as `N` does, the queue that each of them has.
+//!
 //! There is one formula for all sizes, so no seam between methods can break this. The solved root is exact to a few
 //! units in the last place, because all terms of the balance are positive and grow at least in proportion to `X`.
 //!
 //! # Limits
 //!
-//! The result is an estimate: against the exact solution of product-form networks the tests state the error. Deterministic
-//! stations are taken to see random arrivals; customers that march in step queue less. The waiting of fewer than about `2 m`
-//! customers at `m` servers is overestimated.
+//! The estimate errs on the slow side. Against the exact throughput of 20,000 product-form networks of 1 to 64 customers and
+//! 1 to 16 servers it is 1.1 % low in the mean and 7.1 % at worst (one station with a delay, and few customers), and never high.
+//! Constant service is taken to see random arrivals, so where customers leave one constant station in step and need not
+//! queue at the next, or bursts divide evenly among servers, it is up to a fifth low against simulation. The tests print
+//! and bound all of these figures.
 
 mod balance;
 mod network;

@@ -102,7 +102,9 @@ pub enum NetworkError {
     #[error("think_time = {0} s: expected {EXPECTED_TIME}; give the delay in seconds")]
     ThinkTime(f64),
     /// A station's `demand` is out of range.
-    #[error("station '{station}': demand = {value} s: expected {EXPECTED_TIME}; give the service time of a cycle in seconds")]
+    #[error(
+        "station '{station}': demand = {value} s: expected {EXPECTED_TIME}; give the service time of a cycle in seconds"
+    )]
     Demand {
         /// The station's name.
         station: &'static str,
@@ -122,7 +124,9 @@ pub enum NetworkError {
         station: &'static str,
     },
     /// A station's `variability` is out of range.
-    #[error("station '{station}': variability = {value}: expected 0 to 1e60; give 0 for constant service, 1 for exponential")]
+    #[error(
+        "station '{station}': variability = {value}: expected 0 to 1e60; give 0 for constant service, 1 for exponential"
+    )]
     Variability {
         /// The station's name.
         station: &'static str,
@@ -130,7 +134,9 @@ pub enum NetworkError {
         value: f64,
     },
     /// A station's `burst` is out of range.
-    #[error("station '{station}': burst = {value}: expected 1 to 1e15; give 1 where requests come one by one")]
+    #[error(
+        "station '{station}': burst = {value}: expected 1 to 1e15; give 1 where requests come one by one"
+    )]
     Burst {
         /// The station's name.
         station: &'static str,

@@ -3,13 +3,20 @@
 use gpumodel::queueing::Network;
 
 /// Mean value analysis (Reiser and Lavenberg 1980) of single-server stations.
-pub fn mva(network: &Network) -> f64 {
-    assert!(network.stations.iter().all(|station| station.servers == 1), "MVA here knows single servers only");
+pub(crate) fn mva(network: &Network) -> f64 {
+    assert!(
+        network.stations.iter().all(|station| station.servers == 1),
+        "MVA here knows single servers only"
+    );
     let mut queues = vec![0.0; network.stations.len()];
     let mut throughput = 0.0;
     for customers in 1..=network.customers as u32 {
-        let responses: Vec<f64> =
-            network.stations.iter().zip(&queues).map(|(station, queue)| station.demand * (1.0 + queue)).collect();
+        let responses: Vec<f64> = network
+            .stations
+            .iter()
+            .zip(&queues)
+            .map(|(station, queue)| station.demand * (1.0 + queue))
+            .collect();
         throughput = f64::from(customers) / (network.think_time + responses.iter().sum::<f64>());
         queues = responses.iter().map(|response| throughput * response).collect();
     }
@@ -17,7 +24,7 @@ pub fn mva(network: &Network) -> f64 {
 }
 
 /// The convolution algorithm (Buzen 1973), stations with any number of servers. Only sums of positive terms.
-pub fn convolution(network: &Network) -> f64 {
+pub(crate) fn convolution(network: &Network) -> f64 {
     let customers = network.customers as usize;
     let scale = network.stations.iter().map(|station| station.demand).fold(network.think_time, f64::max);
     let weights = |demand: f64, servers: f64| -> Vec<f64> {

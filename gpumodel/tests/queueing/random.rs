@@ -3,7 +3,7 @@
 use gpumodel::queueing::{Network, Station};
 
 /// The splitmix64 generator of Steele et al. 2014.
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     fn bits(&mut self) -> u64 {
@@ -15,34 +15,35 @@ impl Random {
     }
 
     /// In `[0, 1)`.
-    pub fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * 2f64.powi(-53)
     }
 
     /// One of `0..count`.
-    pub fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize
     }
 
     /// Between two positive numbers, every ratio alike.
-    pub fn log_uniform(&mut self, least: f64, most: f64) -> f64 {
+    pub(crate) fn log_uniform(&mut self, least: f64, most: f64) -> f64 {
         (least.ln() + self.unit() * (most / least).ln()).exp().clamp(least, most)
     }
 
     /// Exponential, mean 1.
-    pub fn exponential(&mut self) -> f64 {
+    pub(crate) fn exponential(&mut self) -> f64 {
         -(-self.unit()).ln_1p()
     }
 
-    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+    pub(crate) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.below(from.len())]
     }
 }
 
-pub const NAMES: [&str; 12] = ["s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7", "s8", "s9", "s10", "s11"];
+pub(crate) const NAMES: [&str; 12] =
+    ["s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7", "s8", "s9", "s10", "s11"];
 
 /// Up to 12 stations whose demands lie up to 1e18 apart, with and without zeros, ties, delays, bursts and many servers.
-pub fn extreme_network(random: &mut Random) -> Network {
+pub(crate) fn extreme_network(random: &mut Random) -> Network {
     let count = random.pick(&[1, 1, 2, 3, 5, 8, 12, 12]);
     let equal = random.below(5) == 0;
     let narrow = random.below(3) == 0;
@@ -56,7 +57,7 @@ pub fn extreme_network(random: &mut Random) -> Network {
         .collect();
     if random.below(3) == 0 {
         for station in &mut stations {
-            *station = Station { servers: 1, variability: 1.0, burst: 1.0, ..*station };
+            *station = Station { servers: 1, variability: 1.0, burst: 1.0, sharers: 1, ..*station };
         }
     }
     let customers = match random.below(4) {
@@ -88,15 +89,17 @@ fn extreme_station(random: &mut Random, unit: f64, narrow: bool) -> Station {
     let servers = random.pick(&[1, 1, 1, 2, 4, 16, 63, 64]);
     let variability = random.pick(&[0.0, 0.25, 1.0, 1.0]);
     let burst = random.pick(&[1.0, 1.0, 1.5, 8.0, 64.0]);
-    Station { name: "", demand, servers, variability, burst }
+    let sharers = random.pick(&[1, 1, 1, 2, 6, 24]);
+    Station { name: "", demand, servers, variability, burst, sharers }
 }
 
 /// Up to 8 stations with demands at most a hundred times apart, single servers.
-pub fn small_network(random: &mut Random) -> Network {
+pub(crate) fn small_network(random: &mut Random) -> Network {
     let count = 1 + random.below(8);
     let spread = random.pick(&[1.0, 2.0, 10.0, 100.0]);
-    let stations: Vec<Station> =
-        (0..count).map(|place| Station::single(NAMES[place], random.log_uniform(1.0, 2.0 * spread))).collect();
+    let stations: Vec<Station> = (0..count)
+        .map(|place| Station::single(NAMES[place], random.log_uniform(1.0, 2.0 * spread)))
+        .collect();
     let customers = random.pick(&[1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64]) as f64;
     let total: f64 = stations.iter().map(|station| station.demand).sum();
     let think_time = random.pick(&[0.0, 0.0, 0.5, 1.0, 4.0, 16.0, customers]) * total * random.unit();
