@@ -1,12 +1,16 @@
 //! Does every wrong configuration get an error that names file, place, expectation and remedy?
 
-use gpumodel::{GPUS, Gpu, ShaderCosts};
+use gpumodel::{BuiltinGpu, GPUS, Gpu, ShaderCosts};
 
 const COSTS: &str = include_str!("../../configs/costs.toml");
 
+fn adreno_540() -> &'static str {
+    BuiltinGpu::named("adreno-540").expect("it is built in").toml
+}
+
 /// The message for a description in which `from` is replaced by `to`, and the line at which `from` stands.
 fn gpu_error(from: &str, to: &str) -> (String, usize) {
-    let text = GPUS[0].toml;
+    let text = adreno_540();
     let at = text.find(from).unwrap_or_else(|| panic!("the description has '{from}'"));
     let changed = text.replacen(from, to, 1);
     let error = Gpu::parse(&changed, "my-gpu.toml").err().unwrap_or_else(|| panic!("'{to}' is refused"));
@@ -104,7 +108,7 @@ fn unknown_missing_and_malformed_keys_are_refused_with_their_line() {
 
 #[test]
 fn every_figure_is_needed() {
-    let text = GPUS[0].toml;
+    let text = adreno_540();
     for (number, line) in text.lines().enumerate().filter(|(_, line)| line.contains(" = ")) {
         if line.starts_with('#') {
             continue;

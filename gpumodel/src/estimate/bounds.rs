@@ -23,6 +23,7 @@ pub(super) struct Demand {
     load_store: f64,
     /// Lines x line size / (copies x bytes per clock x clock), by role; caches of one role add up.
     l1: f64,
+    cluster: f64,
     l2: f64,
     slc: f64,
     /// Bytes to and from DRAM / (peak x efficiency).
@@ -50,6 +51,7 @@ impl Demand {
             efu: issue.efu_issued as f64 / (core_cycles * gpu.cores.efu_lanes),
             load_store: issue.load_store_cycles as f64 / core_cycles,
             l1: 0.0,
+            cluster: 0.0,
             l2: 0.0,
             slc: 0.0,
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
@@ -67,6 +69,7 @@ impl Demand {
             let bandwidth = f64::from(cache.copies) * cache.bytes_per_clock * gpu.clock.hz;
             *match cache.role {
                 CacheRole::L1 => &mut self.l1,
+                CacheRole::Cluster => &mut self.cluster,
                 CacheRole::L2 => &mut self.l2,
                 CacheRole::Slc => &mut self.slc,
             } += bytes / bandwidth;
@@ -81,12 +84,13 @@ impl Demand {
 
     /// One bound per resource, always in the same order.
     pub(super) fn bounds(&self) -> Vec<Bound> {
-        let Self { alu, efu, load_store, l1, l2, slc, dram, setup, pixels, latency } = *self;
+        let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency } = *self;
         [
             ("ALU issue", alu),
             ("EFU issue", efu),
             ("load/store port", load_store),
             ("L1 bandwidth", l1),
+            ("cluster cache bandwidth", cluster),
             ("L2 bandwidth", l2),
             ("SLC bandwidth", slc),
             ("DRAM bandwidth", dram),
@@ -136,14 +140,11 @@ fn latency(
     }
     let lines = issue.line_accesses as f64;
     let lines_per_wait = lines / issue.memory_waits as f64;
-    let mut wait_cycles = gpu.caches[path[0]].latency_cycles;
+    let mut wait_cycles = gpu.latency_cycles(path, 0);
     for (position, &level) in path.iter().enumerate() {
         let share = (traffic.levels[level].misses as f64 / lines).min(1.0);
         let some_line_misses = -f64::exp_m1(lines_per_wait * f64::ln_1p(-share));
-        let beyond = match path.get(position + 1) {
-            Some(&below) => gpu.caches[below].latency_cycles - gpu.caches[level].latency_cycles,
-            None => gpu.dram.latency_seconds * gpu.clock.hz,
-        };
+        let beyond = gpu.latency_cycles(path, position + 1) - gpu.latency_cycles(path, position);
         wait_cycles += some_line_misses * beyond;
     }
     let issue_cycles = issue.alu_issued as f64 / gpu.cores.alu_lanes + issue.load_store_cycles as f64;
