@@ -66,11 +66,15 @@ fn keys(path: &str, value: &Value, found: &mut Vec<String>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gpumodel::{GPUS, Gpu};
+    use gpumodel::{BuiltinGpu, Gpu};
+
+    fn adreno_540() -> &'static str {
+        BuiltinGpu::named("adreno-540").expect("it is built in").toml
+    }
 
     fn with(figures: &[&str]) -> anyhow::Result<String> {
         let figures: Vec<String> = figures.iter().map(|&figure| figure.to_owned()).collect();
-        with_figures(GPUS[0].toml, "gpu.toml", &figures)
+        with_figures(adreno_540(), "gpu.toml", &figures)
     }
 
     #[test]
@@ -81,7 +85,7 @@ mod tests {
         let gpu = Gpu::parse(&text, "set.toml").expect("it is valid");
         assert_eq!((gpu.caches[1].line_bytes, gpu.cores.alu_lanes), (128, 32.0));
         assert_eq!(gpu.paths.ssbo, [0, 1]);
-        let before = Gpu::parse(GPUS[0].toml, "gpu.toml").expect("it is valid");
+        let before = Gpu::parse(adreno_540(), "gpu.toml").expect("it is valid");
         assert_eq!(
             gpu.provenance().driver + 1,
             before.provenance().driver,

@@ -86,7 +86,7 @@ pub(crate) fn complete_tree(leaves: u32) -> Topology {
 
 /// The built-in Adreno 540 with parts of its text replaced.
 pub(crate) fn gpu(replacements: &[(&str, &str)]) -> Gpu {
-    let mut text = crate::GPUS[0].toml.to_owned();
+    let mut text = crate::BuiltinGpu::named("adreno-540").expect("it is built in").toml.to_owned();
     for (from, to) in replacements {
         assert!(text.contains(from), "the description has '{from}'");
         text = text.replace(from, to);

@@ -1,12 +1,16 @@
 //! Does every wrong configuration get an error that names file, place, expectation and remedy?
 
-use gpumodel::{GPUS, Gpu, ShaderCosts};
+use gpumodel::{BuiltinGpu, GPUS, Gpu, ShaderCosts};
 
 const COSTS: &str = include_str!("../../configs/costs.toml");
 
+fn adreno_540() -> &'static str {
+    BuiltinGpu::named("adreno-540").expect("it is built in").toml
+}
+
 /// The message for a description in which `from` is replaced by `to`, and the line at which `from` stands.
 fn gpu_error(from: &str, to: &str) -> (String, usize) {
-    let text = GPUS[0].toml;
+    let text = adreno_540();
     let at = text.find(from).unwrap_or_else(|| panic!("the description has '{from}'"));
     let changed = text.replacen(from, to, 1);
     let error = Gpu::parse(&changed, "my-gpu.toml").err().unwrap_or_else(|| panic!("'{to}' is refused"));
@@ -51,6 +55,56 @@ fn wrong_figures_are_refused_with_their_key_line_and_range() {
         ("efficiency = { value = 0.83", "efficiency = { value = 1.01", "dram.efficiency", "0.01 to 1"),
         ("latency_ns = { value = 300", "latency_ns = { value = 0", "dram.latency_ns", "is 0"),
         ("name = \"adreno-540\"", "name = \"\"", "identity.name", "is empty"),
+        (
+            "warp_slots = { value = 16",
+            "warp_slots = { value = 1",
+            "shader_cores.warp_slots",
+            "no fewer than the 2",
+        ),
+        (
+            "lines_in_flight = { value = 64",
+            "lines_in_flight = { value = 0",
+            "load_store.lines_in_flight",
+            "is 0",
+        ),
+        (
+            "lines_in_flight = { value = 64, source = \"nothing published; as",
+            "lines_in_flight = { value = 0, source = \"nothing published; as",
+            "texture.lines_in_flight",
+            "expected 1 to 65536",
+        ),
+        ("latency_cycles = { value = 80", "latency_cycles = { value = -1", "texture.latency_cycles", "is -1"),
+        (
+            "latency_cycles = { value = 80",
+            "latency_cycles = { value = nan",
+            "texture.latency_cycles",
+            "is NaN",
+        ),
+        (
+            "latency_cycles = { value = 66",
+            "latency_cycles = { value = inf",
+            "cache.uche.latency_cycles",
+            "is inf",
+        ),
+        (
+            "latency_cycles = { value = 66",
+            "latency_cycles = { value = nan",
+            "cache.uche.latency_cycles",
+            "is NaN",
+        ),
+        ("bytes_per_clock = { value = 64", "bytes_per_clock = { value = 0", "tp_l1.bytes_per_clock", "is 0"),
+        ("mshrs = { value = 128", "mshrs = { value = 0", "cache.uche.mshrs", "expected 1 to 65536"),
+        ("banks = { value = 1", "banks = { value = 17", "cache.tp_l1.banks", "no more than the 16 lines"),
+        ("size = { value = 131072", "size = { value = 256", "cache.uche", "0.500 sets of 8 ways"),
+        (
+            "standard = { value = \"lpddr4x\"",
+            "standard = { value = \"hbm\"",
+            "dram.standard",
+            "lpddr4x, lpddr5, lpddr5x",
+        ),
+        ("channels = { value = 4", "channels = { value = 0", "dram.channels", "is 0"),
+        ("efficiency = { value = 0.83", "efficiency = { value = 0.0", "dram.efficiency", "0.01 to 1"),
+        ("peak_gbs = { value = 29.8", "peak_gbs = { value = inf", "dram.peak_gbs", "is inf"),
         (
             "source = \"Linux msm8998.dtsi, highest operating point\"",
             "source = \" \"",
@@ -102,9 +156,80 @@ fn unknown_missing_and_malformed_keys_are_refused_with_their_line() {
     assert!(empty.starts_with("empty.toml") && empty.contains("missing"), "{empty}");
 }
 
+/// The built-in Adreno 540 with parts of its text replaced, as read.
+fn with(replacements: &[(&str, &str)]) -> Result<Gpu, String> {
+    let mut text = adreno_540().to_owned();
+    for (from, to) in replacements {
+        assert!(text.contains(from), "the description has '{from}'");
+        text = text.replacen(from, to, 1);
+    }
+    Gpu::parse(&text, "my-gpu.toml").map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_farther_cache_must_not_answer_sooner_than_a_nearer_one_on_the_same_path() {
+    // An image reaches the UCHE after 66 + 80 cycles, its own cache after 76.
+    let uche = |cycles: &'static str| ("latency_cycles = { value = 66", cycles);
+    let texture = |cycles: &'static str| ("latency_cycles = { value = 80", cycles);
+    with(&[uche("latency_cycles = { value = 66"), texture("latency_cycles = { value = 10")])
+        .expect("as soon");
+    let message = with(&[texture("latency_cycles = { value = 9")]).expect_err("one cycle sooner");
+    for part in ["paths.texture: ", "'uche' in 75 cycles", "76 of 'tp_l1'", "texture.latency_cycles"] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    // A buffer does not pass the texture unit, unless its path begins there.
+    let private = ("private = { value = [\"uche\"]", "private = { value = [\"tp_l1\", \"uche\"]");
+    with(&[private]).expect("through the texture unit");
+    let message = with(&[private, texture("latency_cycles = { value = 9")]).expect_err("neither is right");
+    assert!(message.contains("fewer than"), "{message}");
+}
+
+#[test]
+fn a_cache_is_shared_by_a_divisor_of_the_cores() {
+    let per = |cores: &'static str| [("per = \"gpu\"", cores)];
+    for (cores, copies) in [("per = 1", 4), ("per = 2", 2), ("per = 4", 1), ("per = \"core\"", 4)] {
+        assert_eq!(with(&per(cores)).expect("a divisor").caches[1].copies, copies, "{cores}");
+    }
+    for cores in ["per = 3", "per = 0", "per = 8"] {
+        let message = with(&per(cores)).expect_err("no divisor");
+        assert!(message.contains("cache.uche.per: ") && message.contains("4 cores"), "{message}");
+    }
+    assert!(with(&per("per = \"chip\"")).expect_err("no such word").contains("how many cores share"));
+}
+
+#[test]
+fn extremes_that_are_legal_are_read() {
+    let one_warp = [
+        ("warp_slots = { value = 16", "warp_slots = { value = 1"),
+        ("granularity = { value = 2", "granularity = { value = 1"),
+    ];
+    assert_eq!(with(&one_warp).expect("one warp").cores.warp_slots, 1);
+    let two_warps = [("warp_slots = { value = 16", "warp_slots = { value = 2")];
+    assert_eq!(with(&two_warps).expect("as many as the granularity").cores.warp_slots, 2);
+    let one_line = [("size = { value = 1024", "size = { value = 64")];
+    assert_eq!(with(&one_line).expect("one line").levels().as_slice()[0].lines(), 1);
+    let one_set = [
+        ("ways = { value = 8", "ways = { value = 1024"),
+        ("size = { value = 131072", "size = { value = 65536"),
+    ];
+    assert_eq!(with(&one_set).expect("as many ways as lines").levels().as_slice()[1].sets(), 1);
+    let all_banks = [("banks = { value = 1", "banks = { value = 16")];
+    assert_eq!(with(&all_banks).expect("a bank for every line").caches[0].banks, 16);
+    assert_eq!(with(&[("mhz = { value = 710", "mhz = { value = 1e7")]).expect("10 THz").clock.hz, 1e13);
+    let slow = with(&[("peak_gbs = { value = 29.8", "peak_gbs = { value = 1e-9")]).expect("1 B/s");
+    assert!((slow.dram.peak_bytes_per_second - 1.0).abs() < 1e-12);
+    for standard in gpumodel::DRAM_STANDARDS {
+        let to = format!("standard = {{ value = \"{standard}\"");
+        assert_eq!(
+            with(&[("standard = { value = \"lpddr4x\"", &to)]).expect("known").dram.standard,
+            standard
+        );
+    }
+}
+
 #[test]
 fn every_figure_is_needed() {
-    let text = GPUS[0].toml;
+    let text = adreno_540();
     for (number, line) in text.lines().enumerate().filter(|(_, line)| line.contains(" = ")) {
         if line.starts_with('#') {
             continue;
@@ -130,9 +255,10 @@ fn built_in_descriptions_are_sound_and_say_where_their_figures_come_from() {
             + provenance.estimate;
         assert_eq!(counted, figures);
         assert_eq!(parsed.estimates().len(), provenance.estimate);
-        assert!(parsed.estimates().contains(&"cache.uche.ways".to_owned()));
-        assert!(!parsed.estimates().contains(&"clock.mhz".to_owned()));
     }
+    let estimates = Gpu::builtin("adreno-540").expect("listed").expect("sound").estimates();
+    assert!(estimates.contains(&"cache.uche.ways".to_owned()));
+    assert!(!estimates.contains(&"clock.mhz".to_owned()));
     assert!(Gpu::builtin("adreno-541").is_none());
 }
 

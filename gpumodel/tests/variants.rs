@@ -110,7 +110,8 @@ fn the_geometry_pass_reads_each_vertex_of_a_bin_once() {
     assert!(geometry.traffic.vertex.dram_read_bytes >= least, "{least}");
 
     // With little tile memory there are many bins, each with its list and its triangles.
-    let toml = gpumodel::GPUS[0]
+    let toml = gpumodel::BuiltinGpu::named("adreno-540")
+        .expect("it is built in")
         .toml
         .replace("tile_memory_bytes = { value = 1048576", "tile_memory_bytes = { value = 24576");
     let small = ReplayConfig { gpu: Gpu::parse(&toml, "small.toml").expect("valid"), ..config("hybrid") };

@@ -77,7 +77,7 @@ fn scenes_that_are_none_are_refused() {
 #[test]
 fn descriptions_of_gpus_that_make_no_sense_are_refused_with_their_place() {
     let dir = folder();
-    let good = gpumodel::GPUS[0].toml;
+    let good = gpumodel::BuiltinGpu::named("adreno-540").expect("it is built in").toml;
     refused(&["profile", "cornell", "--gpu", "adreno-9999"], &["adreno-9999", "adreno-540"]);
     let first_key = good.lines().find(|line| line.contains('=') && !line.starts_with('#')).expect("a key");
     let cases = [

@@ -1,11 +1,14 @@
 //! A GPU, described and checked.
 
-use super::gpu_file::{CacheFile, FullWord, GpuFile, Per, PolicyFile, RegistersFile, TilerFile, WaysFile};
+use super::gpu_file::{
+    CacheFile, FullWord, GpuFile, PerFile, PerWord, PolicyFile, RegistersFile, TextureFile, TilerFile,
+    WaysFile,
+};
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
 use crate::error::Error;
 use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineSize, Policy, Ways};
 use serde::Deserialize;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 /// A description that comes with the program.
 pub struct BuiltinGpu {
@@ -15,9 +18,49 @@ pub struct BuiltinGpu {
     pub toml: &'static str,
 }
 
-/// All descriptions that come with the program.
-pub const GPUS: &[BuiltinGpu] =
-    &[BuiltinGpu { name: "adreno-540", toml: include_str!("../../../configs/gpus/adreno-540.toml") }];
+/// A description of `configs/gpus`, called as its file is.
+macro_rules! builtin {
+    ($name:literal) => {
+        BuiltinGpu { name: $name, toml: include_str!(concat!("../../../configs/gpus/", $name, ".toml")) }
+    };
+}
+
+/// All descriptions that come with the program, by maker and number.
+pub const GPUS: &[BuiltinGpu] = &[
+    builtin!("adreno-530"),
+    builtin!("adreno-540"),
+    builtin!("adreno-630"),
+    builtin!("adreno-640"),
+    builtin!("adreno-650"),
+    builtin!("adreno-660"),
+    builtin!("adreno-730"),
+    builtin!("adreno-740"),
+    builtin!("adreno-750"),
+    builtin!("adreno-830"),
+    builtin!("adreno-x1-85"),
+    builtin!("mali-g57"),
+    builtin!("mali-g71"),
+    builtin!("mali-g72"),
+    builtin!("mali-g76"),
+    builtin!("mali-g77"),
+    builtin!("mali-g78"),
+    builtin!("mali-g710"),
+    builtin!("mali-g715"),
+    builtin!("mali-g720"),
+    builtin!("mali-g925"),
+    builtin!("mali-g1-ultra"),
+    builtin!("vulkan-sim-mobile"),
+];
+
+impl BuiltinGpu {
+    /// The description of that name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        GPUS.iter().find(|gpu| gpu.name == name)
+    }
+}
+
+/// Names that `dram.standard` can take.
+pub const DRAM_STANDARDS: [&str; 3] = ["lpddr4x", "lpddr5", "lpddr5x"];
 
 /// Smallest line or sector: the 16 bytes of one vec4 load never straddle two.
 const SMALLEST_LINE: u64 = 16;
@@ -76,6 +119,8 @@ pub enum Family {
     Adreno,
     /// Arm: Streamline.
     Mali,
+    /// Neither: the counters keep their canonical names.
+    Other,
 }
 
 /// The shader clock.
@@ -140,6 +185,9 @@ pub struct LoadStore {
 pub struct TextureUnit {
     /// Bilinear samples of 32-bit texels per clock.
     pub samples_per_clock: f64,
+    /// Cycles that a read through this unit takes longer than one past it, where a farther cache than the first of its path, or
+    /// memory, has the data: addresses, misses of the first cache, filtering. See [`Gpu::latency_cycles`].
+    pub latency_cycles: f64,
     /// Lines that can be on their way to the unit at once.
     pub lines_in_flight: u32,
 }
@@ -155,7 +203,8 @@ pub struct CacheLevel {
     pub copies: u32,
     /// Bytes of a line.
     pub line_bytes: u64,
-    /// Cycles from a core's request to its data on a hit here, the way through all nearer levels included.
+    /// Cycles from a core's request to its data on a hit here, the way through all nearer levels included; in a cache behind the first
+    /// of the texture unit's path, for a read that does not come from that unit.
     pub latency_cycles: f64,
     /// Bytes that each copy delivers per clock, all its banks together.
     pub bytes_per_clock: f64,
@@ -171,6 +220,8 @@ pub struct CacheLevel {
 pub enum CacheRole {
     /// First level.
     L1,
+    /// Shared by some cores, before the second level.
+    Cluster,
     /// Second level.
     L2,
     /// Shared by the whole chip.
@@ -193,7 +244,7 @@ pub struct Paths {
 /// System memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dram {
-    /// Timings, banks and rows: the name of one of [`cachesim::DRAM_STANDARDS`].
+    /// Timings, banks and rows: one of [`DRAM_STANDARDS`].
     pub standard: String,
     /// Channels, which share the peak.
     pub channels: u32,
@@ -245,6 +296,7 @@ impl Gpu {
         let count = file.within("shader_cores.count", &cores.count, 1..=256)?;
         let warp_width = file.within("shader_cores.warp_width", &cores.warp_width, 4..=WIDEST_WARP)?;
         let warp_pixels = warp_pixels(&file, &cores.warp_pixels, warp_width)?;
+        let warp_slots = file.within("shader_cores.warp_slots", &cores.warp_slots, 1..=1024)?;
         let (levels, caches) = caches(&file, &raw.cache, count)?;
         let path = |key: &str, names: &Sourced<Vec<String>>| path(&file, key, names, &caches);
         let paths = Paths {
@@ -257,6 +309,29 @@ impl Gpu {
             let remedy = "correct [paths] or the order of the [[cache]] tables";
             file.refuse("paths", &raw.paths.ssbo.value.span(), error, remedy)
         })?;
+        let texture = texture(&file, &raw.texture)?;
+        for (key, path, span) in [
+            ("paths.ssbo", &paths.ssbo, raw.paths.ssbo.value.span()),
+            ("paths.texture", &paths.texture, raw.paths.texture.value.span()),
+            ("paths.private", &paths.private, raw.paths.private.value.span()),
+            ("paths.vertex", &paths.vertex, raw.paths.vertex.value.span()),
+        ] {
+            let cycles = |place| cache_latency(&caches, &paths.texture, &texture, path, place);
+            let Some(place) = (1..path.len()).find(|&place| cycles(place) < cycles(place - 1)) else {
+                continue;
+            };
+            let (nearer, farther) = (&caches[path[place - 1]].name, &caches[path[place]].name);
+            let problem = format!(
+                "reaches '{farther}' in {} cycles, fewer than the {} of '{nearer}' on the way",
+                cycles(place),
+                cycles(place - 1)
+            );
+            let remedy = format!(
+                "raise cache.{farther}.latency_cycles, which includes the way through nearer caches{}",
+                if path[0] == paths.texture[0] { ", or texture.latency_cycles" } else { "" }
+            );
+            return Err(file.refuse(key, &span, problem, &remedy));
+        }
         Ok(Self {
             identity: Identity {
                 name: name.into_inner(),
@@ -268,12 +343,12 @@ impl Gpu {
                 count,
                 warp_width,
                 warp_pixels,
-                warp_slots: file.within("shader_cores.warp_slots", &cores.warp_slots, 1..=1024)?,
+                warp_slots,
                 alu_lanes: file.within("shader_cores.alu_lanes", &cores.alu_lanes, RATE)?,
                 efu_lanes: file.within("shader_cores.efu_lanes", &cores.efu_lanes, RATE)?,
                 scheduler: *file.sourced("shader_cores.scheduler", &cores.scheduler)?,
             },
-            registers: registers(&file, &raw.registers)?,
+            registers: registers(&file, &raw.registers, warp_slots, &cores.warp_slots.value.span())?,
             load_store: LoadStore {
                 bytes_per_clock: file.within(
                     "load_store.bytes_per_clock",
@@ -286,22 +361,11 @@ impl Gpu {
                     IN_FLIGHT,
                 )?,
             },
-            texture: TextureUnit {
-                samples_per_clock: file.within(
-                    "texture.samples_per_clock",
-                    &raw.texture.samples_per_clock,
-                    RATE,
-                )?,
-                lines_in_flight: file.within(
-                    "texture.lines_in_flight",
-                    &raw.texture.lines_in_flight,
-                    IN_FLIGHT,
-                )?,
-            },
+            texture,
             caches,
             paths,
             dram: Dram {
-                standard: file.sourced("dram.standard", &raw.dram.standard)?.clone(),
+                standard: dram_standard(&file, &raw.dram.standard)?,
                 channels: file.within("dram.channels", &raw.dram.channels, 1..=64)?,
                 peak_bytes_per_second: file.within("dram.peak_gbs", &raw.dram.peak_gbs, RATE)? * 1e9,
                 efficiency: file.within("dram.efficiency", &raw.dram.efficiency, 0.01..=1.0)?,
@@ -322,7 +386,7 @@ impl Gpu {
 
     /// The built-in description of that name.
     pub fn builtin(name: &str) -> Option<Result<Self, Error>> {
-        let gpu = GPUS.iter().find(|gpu| gpu.name == name)?;
+        let gpu = BuiltinGpu::named(name)?;
         Some(Self::parse(gpu.toml, &format!("{name}.toml")))
     }
 
@@ -342,6 +406,17 @@ impl Gpu {
         estimates.map(|(key, _)| key.clone()).collect()
     }
 
+    /// Cycles from a core's request to its data, where the cache at `place` of `path` has it, or memory where `place` is the path's
+    /// length, and nothing else is under way.
+    ///
+    /// The [`CacheLevel::latency_cycles`] of that cache; memory adds [`Dram::latency_seconds`] to the last. Behind the first cache of
+    /// a path that begins where the texture unit's does, [`TextureUnit::latency_cycles`] is added: on the Adreno 640 a buffer and an image
+    /// find the same UCHE after 66 and 146 cycles, and the system cache behind it about as far apart.
+    pub fn latency_cycles(&self, path: &[usize], place: usize) -> f64 {
+        let memory = if place < path.len() { 0.0 } else { self.dram.latency_seconds * self.clock.hz };
+        cache_latency(&self.caches, &self.paths.texture, &self.texture, path, place) + memory
+    }
+
     /// The caches as the cache simulator takes them, in the order of [`Self::caches`].
     pub fn levels(&self) -> &Levels {
         &self.levels
@@ -355,7 +430,48 @@ impl Paths {
     }
 }
 
-fn registers(file: &File<'_>, raw: &RegistersFile) -> Result<Registers, Error> {
+/// Up to the last cache of the path: see [`Gpu::latency_cycles`].
+fn cache_latency(
+    caches: &[CacheLevel],
+    texture_path: &[usize],
+    texture: &TextureUnit,
+    path: &[usize],
+    place: usize,
+) -> f64 {
+    let through_unit = place > 0 && path[0] == texture_path[0];
+    caches[path[place.min(path.len() - 1)]].latency_cycles
+        + if through_unit { texture.latency_cycles } else { 0.0 }
+}
+
+fn texture(file: &File<'_>, raw: &TextureFile) -> Result<TextureUnit, Error> {
+    Ok(TextureUnit {
+        samples_per_clock: file.within("texture.samples_per_clock", &raw.samples_per_clock, RATE)?,
+        latency_cycles: file.within("texture.latency_cycles", &raw.latency_cycles, 0.0..=*RATE.end())?,
+        lines_in_flight: file.within("texture.lines_in_flight", &raw.lines_in_flight, IN_FLIGHT)?,
+    })
+}
+
+fn dram_standard(file: &File<'_>, figure: &Sourced<String>) -> Result<String, Error> {
+    let key = "dram.standard";
+    let standard = file.sourced(key, figure)?;
+    if DRAM_STANDARDS.contains(&standard.as_str()) {
+        return Ok(standard.clone());
+    }
+    let problem = format!("is '{standard}', expected one of: {}", DRAM_STANDARDS.join(", "));
+    Err(file.refuse(
+        key,
+        &figure.value.span(),
+        problem,
+        "name the nearest of these, and say so in its source",
+    ))
+}
+
+fn registers(
+    file: &File<'_>,
+    raw: &RegistersFile,
+    warp_slots: u32,
+    slots_span: &Range<usize>,
+) -> Result<Registers, Error> {
     let vec4 = file.within("registers.vec4", &raw.vec4, 1..=65536)?;
     let key = "registers.sizes_vec4";
     let sizes_vec4 = file.sourced(key, &raw.sizes_vec4)?;
@@ -366,6 +482,13 @@ fn registers(file: &File<'_>, raw: &RegistersFile) -> Result<Registers, Error> {
         return Err(file.refuse(key, &raw.sizes_vec4.value.span(), problem, "correct the list"));
     }
     let granularity = file.within("registers.granularity", &raw.granularity, 1..=64)?;
+    if warp_slots < granularity {
+        let problem = format!(
+            "is {warp_slots}, expected no fewer than the {granularity} warps of registers.granularity"
+        );
+        let remedy = "raise it, or lower registers.granularity: these warps become resident together";
+        return Err(file.refuse("shader_cores.warp_slots", slots_span, problem, remedy));
+    }
     Ok(Registers { vec4, granularity, sizes_vec4: sizes_vec4.clone() })
 }
 
@@ -428,7 +551,17 @@ fn caches(file: &File<'_>, raw: &[CacheFile], cores: u32) -> Result<(Levels, Vec
             PolicyFile::Srrip => Policy::Srrip,
             PolicyFile::Random => Policy::Random { seed: 0 },
         };
-        let copies = if cache.per == Per::Core { cores } else { 1 };
+        let copies = match cache.per.get_ref() {
+            PerFile::Word(PerWord::Core) => cores,
+            PerFile::Word(PerWord::Gpu) => 1,
+            PerFile::Cores(sharing) if *sharing > 0 && cores.is_multiple_of(*sharing) => cores / sharing,
+            PerFile::Cores(sharing) => {
+                let problem =
+                    format!("is {sharing}, expected a divisor of the {cores} cores of shader_cores.count");
+                let remedy = "say how many cores share a copy, or write \"core\" or \"gpu\"";
+                return Err(file.refuse(&key("per"), &cache.per.span(), problem, remedy));
+            }
+        };
         let config = LevelConfig {
             write: *file.sourced(&key("write"), &cache.write)?,
             write_miss: *file.sourced(&key("write_miss"), &cache.write_miss)?,
@@ -445,6 +578,13 @@ fn caches(file: &File<'_>, raw: &[CacheFile], cores: u32) -> Result<(Levels, Vec
         Levels::new(vec![config.clone()]).map_err(|error| {
             file.refuse(&format!("cache.{name}"), &cache.name.span(), error, "correct this [[cache]] table")
         })?;
+        let banks = file.within(&key("banks"), &cache.banks, 1..=256)?;
+        if u64::from(banks) > config.lines() {
+            let problem =
+                format!("is {banks}, expected no more than the {} lines of the cache", config.lines());
+            let remedy = "lower it, or raise size: a line lies in one bank";
+            return Err(file.refuse(&key("banks"), &cache.banks.value.span(), problem, remedy));
+        }
         configs.push(config);
         caches.push(CacheLevel {
             name: name.clone(),
@@ -453,7 +593,7 @@ fn caches(file: &File<'_>, raw: &[CacheFile], cores: u32) -> Result<(Levels, Vec
             line_bytes: line,
             latency_cycles: file.within(&key("latency_cycles"), &cache.latency_cycles, RATE)?,
             bytes_per_clock: file.within(&key("bytes_per_clock"), &cache.bytes_per_clock, RATE)?,
-            banks: file.within(&key("banks"), &cache.banks, 1..=256)?,
+            banks,
             mshrs: file.within(&key("mshrs"), &cache.mshrs, IN_FLIGHT)?,
         });
     }

@@ -67,6 +67,7 @@ pub(super) struct LoadStoreFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct TextureFile {
     pub(super) samples_per_clock: Sourced<f64>,
+    pub(super) latency_cycles: Sourced<f64>,
     pub(super) lines_in_flight: Sourced<u32>,
 }
 
@@ -75,7 +76,7 @@ pub(super) struct TextureFile {
 pub(super) struct CacheFile {
     pub(super) name: Spanned<String>,
     pub(super) role: CacheRole,
-    pub(super) per: Per,
+    pub(super) per: Spanned<PerFile>,
     pub(super) size: Sourced<u64>,
     pub(super) line: Sourced<u64>,
     pub(super) ways: Sourced<WaysFile>,
@@ -88,10 +89,17 @@ pub(super) struct CacheFile {
     pub(super) mshrs: Sourced<u32>,
 }
 
-/// Whether a cache is private.
-#[derive(Clone, Copy, PartialEq, Deserialize)]
+/// Who has a copy of a cache to itself.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "expected \"core\", \"gpu\", or how many cores share a copy")]
+pub(super) enum PerFile {
+    Cores(u32),
+    Word(PerWord),
+}
+
+#[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Per {
+pub(super) enum PerWord {
     Core,
     Gpu,
 }

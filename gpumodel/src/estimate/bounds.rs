@@ -23,6 +23,7 @@ pub(super) struct Demand {
     pub(super) load_store: f64,
     /// Lines x line size / (copies x bytes per clock x clock), by role; caches of one role add up.
     l1: f64,
+    cluster: f64,
     l2: f64,
     slc: f64,
     /// Bytes to and from DRAM / (peak x efficiency).
@@ -57,6 +58,7 @@ impl Demand {
             efu: issue.efu_issued as f64 / (core_cycles * gpu.cores.efu_lanes),
             load_store: issue.load_store_cycles as f64 / core_cycles,
             l1: 0.0,
+            cluster: 0.0,
             l2: 0.0,
             slc: 0.0,
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
@@ -80,6 +82,7 @@ impl Demand {
             let bandwidth = f64::from(cache.copies) * cache.bytes_per_clock * gpu.clock.hz;
             *match cache.role {
                 CacheRole::L1 => &mut self.l1,
+                CacheRole::Cluster => &mut self.cluster,
                 CacheRole::L2 => &mut self.l2,
                 CacheRole::Slc => &mut self.slc,
             } += bytes / bandwidth;
@@ -96,12 +99,13 @@ impl Demand {
     pub(super) fn sum(demands: &[Self]) -> Self {
         let mut sum = Self::default();
         for demand in demands {
-            let Self { alu, efu, load_store, l1, l2, slc, dram, setup, pixels, latency, line_waits, turn_waits } =
+            let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency, line_waits, turn_waits } =
                 *demand;
             sum.alu += alu;
             sum.efu += efu;
             sum.load_store += load_store;
             sum.l1 += l1;
+            sum.cluster += cluster;
             sum.l2 += l2;
             sum.slc += slc;
             sum.dram += dram;
@@ -116,12 +120,13 @@ impl Demand {
 
     /// One bound per resource, always in the same order.
     pub(super) fn bounds(&self) -> Vec<Bound> {
-        let Self { alu, efu, load_store, l1, l2, slc, dram, setup, pixels, latency, .. } = *self;
+        let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency, .. } = *self;
         [
             ("ALU issue", alu),
             ("EFU issue", efu),
             ("load/store port", load_store),
             ("L1 bandwidth", l1),
+            ("cluster cache bandwidth", cluster),
             ("L2 bandwidth", l2),
             ("SLC bandwidth", slc),
             ("DRAM bandwidth", dram),
@@ -143,24 +148,19 @@ fn dram_bandwidth(gpu: &Gpu) -> f64 {
 /// The loads of a turn are in flight together: it waits for the farthest place that any of its lines comes from.
 fn waits(counters: &PassCounters, traffic: &BufferTraffic, path: &[usize], gpu: &Gpu) -> (f64, f64) {
     let issue = &counters.issue;
-    let memory = gpu.dram.latency_seconds * gpu.clock.hz;
-    let latency = |level: usize| match gpu.caches.get(level) {
-        Some(cache) => cache.latency_cycles,
-        None => path.last().map_or(0.0, |&last| gpu.caches[last].latency_cycles) + memory,
-    };
-    let mut line_cycles = issue.line_requests as f64 * latency(path[0]);
-    for (position, &level) in path.iter().enumerate() {
-        let beyond = latency(path.get(position + 1).copied().unwrap_or(usize::MAX)) - latency(level);
+    let mut line_cycles = issue.line_requests as f64 * gpu.latency_cycles(path, 0);
+    for (place, &level) in path.iter().enumerate() {
+        let beyond = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
         line_cycles += traffic.levels[level].misses as f64 * beyond;
     }
     let sampled: u64 = counters.waits.from.iter().sum();
     let mut turn_cycles = 0.0;
-    if sampled > 0 {
-        for (level, &turns) in counters.waits.from.iter().enumerate() {
-            turn_cycles += turns as f64 / sampled as f64 * latency(level);
-        }
-    } else {
-        turn_cycles = latency(path[0]);
+    for (level, &turns) in counters.waits.from.iter().enumerate() {
+        let place = path.iter().position(|&on_path| on_path == level).unwrap_or(path.len());
+        turn_cycles += turns as f64 / sampled.max(1) as f64 * gpu.latency_cycles(path, place);
+    }
+    if sampled == 0 {
+        turn_cycles = line_cycles / issue.line_requests.max(1) as f64;
     }
     (line_cycles / gpu.clock.hz, issue.memory_waits as f64 * turn_cycles / gpu.clock.hz)
 }

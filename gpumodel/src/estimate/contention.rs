@@ -101,6 +101,7 @@ fn network(counters: &PassCounters, demand: &Demand, level: &Occupancy, turns: f
         let line_seconds = cache.line_bytes as f64 * f64::from(cache.banks) / cache.bytes_per_clock / gpu.clock.hz;
         let name = match cache.role {
             CacheRole::L1 => "L1",
+            CacheRole::Cluster => "cluster cache",
             CacheRole::L2 => "L2",
             CacheRole::Slc => "SLC",
         };

@@ -211,7 +211,7 @@ impl<'a> Balance<'a> {
 
 /// The largest demand per server of a network and the station's place, if any station has demand.
 pub(super) fn busiest(network: &Network) -> Option<(usize, f64)> {
-    let per_server = network.stations.iter().map(|station| station.demand / f64::from(station.servers));
+    let per_server = network.stations.iter().map(Station::per_server);
     per_server
         .enumerate()
         .filter(|(_, time)| *time > 0.0)

@@ -134,7 +134,7 @@ impl Memory {
             let (_, kind, write) = Run::of_key(key)?;
             let path = paths.of(kind, write);
             let levels = hierarchy.path(path).to_vec();
-            let of = |position: usize| gpu.caches[levels[position]].latency_cycles;
+            let of = |position: usize| gpu.latency_cycles(&levels, position);
             let latencies = (0..levels.len())
                 .map(|position| of(position) - if position == 0 { 0.0 } else { of(position - 1) })
                 .map(|latency| latency.max(0.0))
