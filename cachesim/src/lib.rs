@@ -32,7 +32,6 @@ mod classes;
 mod config;
 mod counts;
 mod dense;
-mod dram;
 mod engine;
 mod error;
 mod full;
@@ -60,7 +59,6 @@ pub use config::{
     LevelConfig, Levels, MAX_COPIES, MAX_LINES, MAX_SECTORS, MAX_WAYS, Policy, Ways, WriteMiss, WritePolicy,
 };
 pub use counts::{LevelCounts, LevelServed, MAX_LEVELS, MemoryCounts, MissClasses, Served};
-pub use dram::{Done, Dram, DramConfig, DramCounts, DramStandard};
 pub use error::{Error, Place};
 pub use hierarchy::{Hierarchy, PathId};
 pub use isa::Isa;
