@@ -35,6 +35,27 @@ pub(super) struct Entry {
     pub(super) need: RowNeed,
 }
 
+/// The kinds of command, in the order in which simultaneous ones go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Action {
+    Column,
+    Precharge,
+    Activate,
+    Refresh,
+}
+
+/// What a bank would do next for one direction of data, as far as the bank alone decides.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    /// Not before.
+    pub(super) ready: u64,
+    /// Of the entry that it serves.
+    pub(super) order: u64,
+    /// Index of that entry.
+    pub(super) entry: u32,
+    pub(super) action: Action,
+}
+
 /// State of a bank.
 #[derive(Clone, Debug)]
 pub(super) struct Bank {
@@ -60,10 +81,24 @@ impl Bank {
         }
     }
 
-    /// The entry to serve next in a direction, by row hits first, then age.
+    /// For the entry to serve next in a direction, by row hits first, then age.
     #[inline]
-    pub(super) fn choice(&self, direction: Direction) -> Option<usize> {
-        self.choice[direction as usize].map(|index| index as usize)
+    pub(super) fn candidate(&self, direction: Direction) -> Option<Candidate> {
+        self.choice[direction as usize].map(|index| self.candidate_for(index))
+    }
+
+    /// For the entry at `index`.
+    #[inline]
+    pub(super) fn candidate_for(&self, index: u32) -> Candidate {
+        let entry = &self.entries[index as usize];
+        let (action, ready) = if self.open == entry.row {
+            (Action::Column, self.may_access)
+        } else if self.open == SHUT {
+            (Action::Activate, self.may_activate)
+        } else {
+            (Action::Precharge, self.may_precharge)
+        };
+        Candidate { ready, order: entry.order, entry: index, action }
     }
 
     pub(super) fn push(&mut self, entry: Entry) {

@@ -16,7 +16,7 @@
 use std::collections::VecDeque;
 
 use super::address_map::Segment;
-use super::bank::{Bank, Direction, Entry, RowNeed, SHUT};
+use super::bank::{Action, Bank, Candidate, Direction, Entry, RowNeed};
 use super::ledger::Ledger;
 use super::standard::DramStandard;
 use super::timings::DramTimings;
@@ -32,14 +32,6 @@ pub(super) struct ChannelStats {
     pub(super) write_bursts: u64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Action {
-    Column,
-    Precharge,
-    Activate,
-    Refresh,
-}
-
 /// The next command, if nothing arrives before it. Ordered by what goes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Command {
@@ -49,6 +41,10 @@ struct Command {
     bank: u32,
     entry: u32,
 }
+
+/// Of a bank without entries.
+const NO_CANDIDATE: Candidate =
+    Candidate { ready: u64::MAX, order: u64::MAX, entry: 0, action: Action::Column };
 
 /// A channel, its controller and its banks.
 #[derive(Clone, Debug)]
@@ -63,8 +59,12 @@ pub(super) struct Channel {
     stale: bool,
     waiting: VecDeque<Entry>,
     banks: Vec<Bank>,
-    /// Banks with entries, a bit each.
-    active: u64,
+    /// By direction, the banks with entries, a bit each.
+    active: [u64; 2],
+    /// By direction, what each of those banks would do.
+    candidates: [Vec<Candidate>; 2],
+    /// No entry was seen earlier.
+    oldest_seen: u64,
     /// Entries seen, by direction.
     seen: [u32; 2],
     draining: bool,
@@ -113,7 +113,12 @@ impl Channel {
             stale: false,
             waiting: VecDeque::new(),
             banks: vec![Bank::new(); organisation.banks as usize],
-            active: 0,
+            active: [0; 2],
+            candidates: [
+                vec![NO_CANDIDATE; organisation.banks as usize],
+                vec![NO_CANDIDATE; organisation.banks as usize],
+            ],
+            oldest_seen: u64::MAX,
             seen: [0; 2],
             draining: false,
             column: [0; 2],
@@ -171,8 +176,24 @@ impl Channel {
 
     fn see(&mut self, entry: Entry) {
         self.seen[entry.direction as usize] += 1;
-        self.active |= 1 << entry.bank;
+        self.oldest_seen = self.oldest_seen.min(entry.seen);
         self.banks[entry.bank as usize].push(entry);
+        self.update(entry.bank);
+    }
+
+    /// After a change to a bank.
+    fn update(&mut self, number: u32) {
+        let bank = &self.banks[number as usize];
+        for direction in [Direction::Read, Direction::Write] {
+            let (active, side) = (&mut self.active[direction as usize], direction as usize);
+            match bank.candidate(direction) {
+                Some(candidate) => {
+                    self.candidates[side][number as usize] = candidate;
+                    *active |= 1 << number;
+                }
+                None => *active &= !(1 << number),
+            }
+        }
         self.stale = true;
     }
 
@@ -186,52 +207,59 @@ impl Channel {
     }
 
     fn plan(&mut self) -> Option<Command> {
-        if self.active == 0 {
-            return None;
-        }
         let direction = self.direction();
+        let side = direction as usize;
         let activate = match self.any_activates {
             4 => self.activate.max(self.activates[self.oldest_activate].saturating_add(self.timings.faw)),
             _ => self.activate,
         };
-        let aged = self.now.checked_sub(self.limits.age_cap);
         let due = self.next_refresh();
+        let aged = self.aged();
         let mut best: Option<Command> = None;
-        let mut active = self.active;
+        let mut active = self.active[side];
         while active != 0 {
-            let number = active.trailing_zeros();
+            let bank = active.trailing_zeros();
             active &= active - 1;
-            let bank = &self.banks[number as usize];
-            let oldest = &bank.entries[0];
-            let index = if aged.is_some_and(|aged| oldest.seen <= aged) {
-                if oldest.direction != direction {
-                    continue;
+            let mut candidate = self.candidates[side][bank as usize];
+            if let Some(aged) = aged {
+                let held = &self.banks[bank as usize];
+                if held.entries[0].seen <= aged {
+                    if held.entries[0].direction != direction {
+                        continue;
+                    }
+                    candidate = held.candidate_for(0);
                 }
-                0
-            } else {
-                let Some(index) = bank.choice(direction) else { continue };
-                index
+            }
+            let Candidate { ready, order, entry, action } = candidate;
+            let at = match action {
+                Action::Column => {
+                    let group = &self.group_column[(bank % self.groups) as usize];
+                    ready.max(self.column[side]).max(group[side])
+                }
+                Action::Activate => {
+                    let at = ready.max(activate);
+                    // A row that could not be used before the refresh is opened after it.
+                    let used = at.max(self.now).saturating_add(self.timings.rcd);
+                    if used < due { at } else { at.max(due) }
+                }
+                Action::Precharge | Action::Refresh => ready,
             };
-            let entry = &bank.entries[index];
-            let (action, at) = if bank.open == entry.row {
-                let group = &self.group_column[(number % self.groups) as usize];
-                let column = self.column[direction as usize].max(group[direction as usize]);
-                (Action::Column, column.max(bank.may_access))
-            } else if bank.open == SHUT {
-                // A row that could not be used before the refresh is opened after it.
-                let at = activate.max(bank.may_activate).max(self.now);
-                let used = at.saturating_add(self.timings.rcd);
-                (Action::Activate, if used < due { at } else { at.max(due) })
-            } else {
-                (Action::Precharge, bank.may_precharge)
-            };
-            let at = at.max(self.now);
-            let command = Command { at, action, order: entry.order, bank: number, entry: index as u32 };
+            let command = Command { at: at.max(self.now), action, order, bank, entry };
             if best.is_none_or(|best| command < best) {
                 best = Some(command);
             }
         }
         best.map(|command| self.after_refresh(command))
+    }
+
+    /// Entries seen by this time are past the age cap; `None` if there is none.
+    fn aged(&mut self) -> Option<u64> {
+        let aged = self.now.checked_sub(self.limits.age_cap)?;
+        if self.oldest_seen <= aged {
+            let heads = self.banks.iter().filter_map(|bank| bank.entries.first());
+            self.oldest_seen = heads.map(|entry| entry.seen).min().unwrap_or(u64::MAX);
+        }
+        (self.oldest_seen <= aged).then_some(aged)
     }
 
     /// When the next refresh falls due; it may lie in the past.
@@ -266,17 +294,15 @@ impl Channel {
     }
 
     /// The direction of the oldest entry seen, if it is past the age cap.
-    fn oldest_aged(&self) -> Option<Direction> {
-        let aged = self.now.checked_sub(self.limits.age_cap)?;
+    fn oldest_aged(&mut self) -> Option<Direction> {
+        self.aged()?;
         let heads = self.banks.iter().filter_map(|bank| bank.entries.first());
-        let oldest = heads.min_by_key(|entry| entry.order)?;
-        (oldest.seen <= aged).then_some(oldest.direction)
+        heads.min_by_key(|entry| entry.order).map(|entry| entry.direction)
     }
 
     fn issue(&mut self, command: Command, ledger: &mut Ledger) {
         let Command { at, action, bank, entry, .. } = command;
         self.now = at;
-        self.stale = true;
         let index = entry as usize;
         let held = &mut self.banks[bank as usize];
         match action {
@@ -284,6 +310,7 @@ impl Channel {
             Action::Precharge => {
                 held.entries[index].need = RowNeed::PrechargeAndActivate;
                 held.precharge(at, &self.timings);
+                self.update(bank);
             }
             Action::Activate => {
                 let entry = &mut held.entries[index];
@@ -296,6 +323,7 @@ impl Channel {
                 self.activates[self.oldest_activate] = at;
                 self.oldest_activate = (self.oldest_activate + 1) % 4;
                 self.any_activates = (self.any_activates + 1).min(4);
+                self.update(bank);
             }
             Action::Refresh => self.refresh(command.order),
         }
@@ -330,6 +358,7 @@ impl Channel {
         group[other] = group[other].max(later(turn_same_group));
 
         self.accessed_since_refresh = true;
+        self.stale = true;
         self.stats.busy = self.stats.busy.saturating_add(burst.saturating_mul(u64::from(bursts)));
         match direction {
             Direction::Read => self.stats.read_bursts += u64::from(bursts),
@@ -337,9 +366,7 @@ impl Channel {
         }
         if rest == 0 {
             let entry = bank.remove(index);
-            if bank.entries.is_empty() {
-                self.active &= !(1 << number);
-            }
+            self.update(number);
             self.seen[same] -= 1;
             self.stats.rows.count(entry.need);
             ledger.served(entry.request, later(latency.saturating_add(burst)));
@@ -354,6 +381,7 @@ impl Channel {
         let quiet = self.banks.iter().map(|bank| bank.quiet(due, &self.timings)).max();
         let end = quiet.unwrap_or(0).max(due).saturating_add(self.timings.rfc);
         self.banks.iter_mut().for_each(|bank| bank.refreshed(end));
+        (0..self.banks.len() as u32).for_each(|bank| self.update(bank));
         self.stats.refreshes += number - self.refresh;
         self.refresh = number;
         // One that ended while nothing waited has kept nobody from an access.
