@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Why a description of caches or a file of addresses was refused.
+/// Why a description of caches or DRAM, or a file of addresses, was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A description of cache levels that cannot be simulated.
@@ -20,6 +20,18 @@ pub enum Error {
     Addresses {
         /// File and line or byte offset.
         place: Box<Place>,
+        /// What is wrong and what was expected.
+        problem: String,
+        /// What to change.
+        remedy: String,
+    },
+    /// A description of DRAM that cannot be simulated.
+    #[error("{place}: {key}{problem}; {remedy}")]
+    Dram {
+        /// The file, or what else was described, and the line, as far as known.
+        place: Box<Place>,
+        /// The figure, followed by ": ", or empty.
+        key: String,
         /// What is wrong and what was expected.
         problem: String,
         /// What to change.

@@ -32,6 +32,7 @@ mod classes;
 mod config;
 mod counts;
 mod dense;
+mod dram;
 mod engine;
 mod error;
 mod full;
@@ -59,6 +60,10 @@ pub use config::{
     LevelConfig, Levels, MAX_COPIES, MAX_LINES, MAX_SECTORS, MAX_WAYS, Policy, Ways, WriteMiss, WritePolicy,
 };
 pub use counts::{LevelCounts, LevelServed, MAX_LEVELS, MemoryCounts, MissClasses, Served};
+pub use dram::{
+    BuiltinDram, DRAM_STANDARDS, Done, Dram, DramConfig, DramStandard, DramStats, DramTag, DramTimings,
+    MAX_CHANNELS, MAX_QUEUE, MissTraceFormat, MissTraceWriter, RowCounts, RowTally,
+};
 pub use error::{Error, Place};
 pub use hierarchy::{Hierarchy, PathId};
 pub use isa::Isa;

@@ -1,0 +1,390 @@
+//! One channel under first-ready, first-come-first-served (Rixner et al. 2000): the command that can be
+//! issued first is issued first, a row hit before a row command, then the oldest.
+//!
+//! Only the oldest `queue` waiting entries are seen. Reads go before writes, which wait until they fill a
+//! share of the queue and are then drained to a lower share, or until no read is seen. An entry that has
+//! been seen for longer than the age cap is the next that its bank serves, and the oldest such entry sets the
+//! direction; so none starves. Rows stay open until another row of the bank is wanted (open page).
+//!
+//! Each step issues one command at the earliest time that all constraints allow, so there is no stepping
+//! through clocks. The command bus is not modelled. A refresh of all banks falls due at each multiple of
+//! tREFI: it goes before any command that could not be issued before then, and begins when all rows are shut.
+//! Of several that fell due while the channel had nothing to do, or during one burst that lasts longer than
+//! the interval, only the last can delay anything and is timed; all are counted. After a refresh that had to
+//! be waited for, at least one column command is issued before the next.
+
+use std::collections::VecDeque;
+
+use super::address_map::Segment;
+use super::bank::{Action, Bank, Candidate, Direction, Entry, RowNeed};
+use super::ledger::Ledger;
+use super::standard::DramStandard;
+use super::timings::DramTimings;
+use super::{DramConfig, RowCounts};
+
+/// What one channel has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct ChannelStats {
+    pub(super) rows: RowCounts,
+    pub(super) refreshes: u64,
+    pub(super) busy: u64,
+    pub(super) read_bursts: u64,
+    pub(super) write_bursts: u64,
+}
+
+/// The next command, if nothing arrives before it. Ordered by what goes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Command {
+    at: u64,
+    action: Action,
+    order: u64,
+    bank: u32,
+    entry: u32,
+}
+
+/// Of a bank without entries.
+const NO_CANDIDATE: Candidate =
+    Candidate { ready: u64::MAX, order: u64::MAX, entry: 0, action: Action::Column };
+
+/// A channel, its controller and its banks.
+#[derive(Clone, Debug)]
+pub(super) struct Channel {
+    timings: DramTimings,
+    limits: Limits,
+    groups: u32,
+    /// No command is issued before.
+    now: u64,
+    next: Option<Command>,
+    /// Something changed since `next` was found.
+    stale: bool,
+    waiting: VecDeque<Entry>,
+    banks: Vec<Bank>,
+    /// By direction, the banks with entries, a bit each.
+    active: [u64; 2],
+    /// By direction, what each of those banks would do.
+    candidates: [Vec<Candidate>; 2],
+    /// No entry was seen earlier.
+    oldest_seen: u64,
+    /// Entries seen, by direction.
+    seen: [u32; 2],
+    draining: bool,
+    /// Earliest column command by direction, in any bank group.
+    column: [u64; 2],
+    /// Earliest column command by bank group and direction.
+    group_column: Vec<[u64; 2]>,
+    /// Earliest activate after tRRD.
+    activate: u64,
+    /// Times of the last four activates, the oldest at `oldest_activate`.
+    activates: [u64; 4],
+    oldest_activate: usize,
+    any_activates: u8,
+    /// Number of the last refresh; number n falls due at n tREFI.
+    refresh: u64,
+    accessed_since_refresh: bool,
+    orders: u64,
+    stats: ChannelStats,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    queue: u32,
+    drain_from: u32,
+    drain_to: u32,
+    age_cap: u64,
+}
+
+impl Channel {
+    pub(super) fn new(config: &DramConfig, timings: DramTimings) -> Self {
+        let DramStandard { organisation, controller, .. } = &config.standard;
+        let share = |part: f64| (f64::from(config.queue) * part).round() as u32;
+        let drain_from = share(controller.write_high).max(1);
+        let limits = Limits {
+            queue: config.queue,
+            drain_from,
+            drain_to: share(controller.write_low).min(drain_from - 1),
+            age_cap: (controller.age_cap_ns * 1e3).round() as u64,
+        };
+        Self {
+            timings,
+            limits,
+            groups: organisation.bank_groups,
+            now: 0,
+            next: None,
+            stale: false,
+            waiting: VecDeque::new(),
+            banks: vec![Bank::new(); organisation.banks as usize],
+            active: [0; 2],
+            candidates: [
+                vec![NO_CANDIDATE; organisation.banks as usize],
+                vec![NO_CANDIDATE; organisation.banks as usize],
+            ],
+            oldest_seen: u64::MAX,
+            seen: [0; 2],
+            draining: false,
+            column: [0; 2],
+            group_column: vec![[0; 2]; organisation.bank_groups as usize],
+            activate: 0,
+            activates: [0; 4],
+            oldest_activate: 0,
+            any_activates: 0,
+            refresh: 0,
+            accessed_since_refresh: true,
+            orders: 0,
+            stats: ChannelStats::default(),
+        }
+    }
+
+    pub(super) fn stats(&self) -> &ChannelStats {
+        &self.stats
+    }
+
+    /// Takes an entry at `now`, after all commands before `now`.
+    pub(super) fn submit(
+        &mut self,
+        now: u64,
+        segment: Segment,
+        request: u32,
+        direction: Direction,
+        ledger: &mut Ledger,
+    ) {
+        if now > self.now {
+            self.run(now - 1, ledger);
+            self.now = now;
+        }
+        let Segment { bank, row, bursts, .. } = segment;
+        let (order, need) = (self.orders, RowNeed::Nothing);
+        self.orders += 1;
+        let entry = Entry { order, seen: now, row, request, bursts, bank, direction, need };
+        if self.seen[0] + self.seen[1] < self.limits.queue {
+            self.see(entry);
+        } else {
+            self.waiting.push_back(entry);
+        }
+    }
+
+    /// The earliest time of the next command, if nothing arrives before it.
+    pub(super) fn next_at(&mut self) -> Option<u64> {
+        self.command().map(|command| command.at)
+    }
+
+    /// Issues all commands up to and including `until`.
+    pub(super) fn run(&mut self, until: u64, ledger: &mut Ledger) {
+        while let Some(command) = self.command().filter(|command| command.at <= until) {
+            self.issue(command, ledger);
+        }
+    }
+
+    fn see(&mut self, entry: Entry) {
+        self.seen[entry.direction as usize] += 1;
+        self.oldest_seen = self.oldest_seen.min(entry.seen);
+        self.banks[entry.bank as usize].push(entry);
+        self.update(entry.bank);
+    }
+
+    /// After a change to a bank.
+    fn update(&mut self, number: u32) {
+        let bank = &self.banks[number as usize];
+        for direction in [Direction::Read, Direction::Write] {
+            let (active, side) = (&mut self.active[direction as usize], direction as usize);
+            match bank.candidate(direction) {
+                Some(candidate) => {
+                    self.candidates[side][number as usize] = candidate;
+                    *active |= 1 << number;
+                }
+                None => *active &= !(1 << number),
+            }
+        }
+        self.stale = true;
+    }
+
+    #[inline]
+    fn command(&mut self) -> Option<Command> {
+        if self.stale {
+            self.next = self.plan();
+            self.stale = false;
+        }
+        self.next
+    }
+
+    fn plan(&mut self) -> Option<Command> {
+        let direction = self.direction();
+        let side = direction as usize;
+        let activate = match self.any_activates {
+            4 => self.activate.max(self.activates[self.oldest_activate].saturating_add(self.timings.faw)),
+            _ => self.activate,
+        };
+        let due = self.next_refresh();
+        let aged = self.aged();
+        let mut best: Option<Command> = None;
+        let mut active = self.active[side];
+        while active != 0 {
+            let bank = active.trailing_zeros();
+            active &= active - 1;
+            let mut candidate = self.candidates[side][bank as usize];
+            if let Some(aged) = aged {
+                let held = &self.banks[bank as usize];
+                if held.entries[0].seen <= aged {
+                    if held.entries[0].direction != direction {
+                        continue;
+                    }
+                    candidate = held.candidate_for(0);
+                }
+            }
+            let Candidate { ready, order, entry, action } = candidate;
+            let at = match action {
+                Action::Column => {
+                    let group = &self.group_column[(bank % self.groups) as usize];
+                    ready.max(self.column[side]).max(group[side])
+                }
+                Action::Activate => {
+                    let at = ready.max(activate);
+                    // A row that could not be used before the refresh is opened after it.
+                    let used = at.max(self.now).saturating_add(self.timings.rcd);
+                    if used < due { at } else { at.max(due) }
+                }
+                Action::Precharge | Action::Refresh => ready,
+            };
+            let command = Command { at: at.max(self.now), action, order, bank, entry };
+            if best.is_none_or(|best| command < best) {
+                best = Some(command);
+            }
+        }
+        best.map(|command| self.after_refresh(command))
+    }
+
+    /// Entries seen by this time are past the age cap; `None` if there is none.
+    fn aged(&mut self) -> Option<u64> {
+        let aged = self.now.checked_sub(self.limits.age_cap)?;
+        if self.oldest_seen <= aged {
+            let heads = self.banks.iter().filter_map(|bank| bank.entries.first());
+            self.oldest_seen = heads.map(|entry| entry.seen).min().unwrap_or(u64::MAX);
+        }
+        (self.oldest_seen <= aged).then_some(aged)
+    }
+
+    /// When the next refresh falls due; it may lie in the past.
+    fn next_refresh(&self) -> u64 {
+        match self.accessed_since_refresh {
+            true => (self.refresh + 1).saturating_mul(self.timings.refi),
+            false => u64::MAX,
+        }
+    }
+
+    /// A refresh instead of `command` if one falls due before it.
+    fn after_refresh(&self, command: Command) -> Command {
+        let number = command.at / self.timings.refi;
+        if number <= self.refresh || !self.accessed_since_refresh {
+            return command;
+        }
+        let at = self.now.max(number.saturating_mul(self.timings.refi));
+        Command { at, action: Action::Refresh, order: number, bank: 0, entry: 0 }
+    }
+
+    fn direction(&mut self) -> Direction {
+        match self.seen {
+            [_, 0] => Direction::Read,
+            [0, _] => Direction::Write,
+            [_, writes] => {
+                self.draining =
+                    writes >= if self.draining { self.limits.drain_to + 1 } else { self.limits.drain_from };
+                let by_share = if self.draining { Direction::Write } else { Direction::Read };
+                self.oldest_aged().unwrap_or(by_share)
+            }
+        }
+    }
+
+    /// The direction of the oldest entry seen, if it is past the age cap.
+    fn oldest_aged(&mut self) -> Option<Direction> {
+        self.aged()?;
+        let heads = self.banks.iter().filter_map(|bank| bank.entries.first());
+        heads.min_by_key(|entry| entry.order).map(|entry| entry.direction)
+    }
+
+    fn issue(&mut self, command: Command, ledger: &mut Ledger) {
+        let Command { at, action, bank, entry, .. } = command;
+        self.now = at;
+        let index = entry as usize;
+        let held = &mut self.banks[bank as usize];
+        match action {
+            Action::Column => self.access(at, bank, index, ledger),
+            Action::Precharge => {
+                held.entries[index].need = RowNeed::PrechargeAndActivate;
+                held.precharge(at, &self.timings);
+                self.update(bank);
+            }
+            Action::Activate => {
+                let entry = &mut held.entries[index];
+                if entry.need == RowNeed::Nothing {
+                    entry.need = RowNeed::Activate;
+                }
+                let row = entry.row;
+                held.activate(at, row, &self.timings);
+                self.activate = at.saturating_add(self.timings.rrd);
+                self.activates[self.oldest_activate] = at;
+                self.oldest_activate = (self.oldest_activate + 1) % 4;
+                self.any_activates = (self.any_activates + 1).min(4);
+                self.update(bank);
+            }
+            Action::Refresh => self.refresh(command.order),
+        }
+    }
+
+    /// One column command, or all of the entry's where nothing could use the bus between them.
+    fn access(&mut self, at: u64, number: u32, index: usize, ledger: &mut Ledger) {
+        let DramTimings { burst, ccd_s, ccd_l, .. } = self.timings;
+        let bank = &mut self.banks[number as usize];
+        let entry = &mut bank.entries[index];
+        let direction = entry.direction;
+        let bursts = if ccd_l == ccd_s { entry.bursts } else { 1 };
+        entry.bursts -= bursts;
+        let rest = entry.bursts;
+        let last = at.saturating_add(burst.saturating_mul(u64::from(bursts - 1)));
+        bank.access(last, direction, &self.timings);
+
+        let group = &mut self.group_column[(number % self.groups) as usize];
+        let (same, other) = (direction as usize, 1 - direction as usize);
+        let later = |wait: u64| last.saturating_add(wait);
+        let (turn, turn_same_group, latency) = match direction {
+            Direction::Read => {
+                (self.timings.read_to_write, self.timings.read_to_write, self.timings.read_latency)
+            }
+            Direction::Write => {
+                (self.timings.write_to_read_s, self.timings.write_to_read_l, self.timings.write_latency)
+            }
+        };
+        self.column[same] = later(ccd_s);
+        self.column[other] = self.column[other].max(later(turn));
+        group[same] = later(ccd_l);
+        group[other] = group[other].max(later(turn_same_group));
+
+        self.accessed_since_refresh = true;
+        self.stale = true;
+        self.stats.busy = self.stats.busy.saturating_add(burst.saturating_mul(u64::from(bursts)));
+        match direction {
+            Direction::Read => self.stats.read_bursts += u64::from(bursts),
+            Direction::Write => self.stats.write_bursts += u64::from(bursts),
+        }
+        if rest == 0 {
+            let entry = bank.remove(index);
+            self.update(number);
+            self.seen[same] -= 1;
+            self.stats.rows.count(entry.need);
+            ledger.served(entry.request, later(latency.saturating_add(burst)));
+            if let Some(waiting) = self.waiting.pop_front() {
+                self.see(Entry { seen: at, ..waiting });
+            }
+        }
+    }
+
+    fn refresh(&mut self, number: u64) {
+        let due = number.saturating_mul(self.timings.refi);
+        let quiet = self.banks.iter().map(|bank| bank.quiet(due, &self.timings)).max();
+        let end = quiet.unwrap_or(0).max(due).saturating_add(self.timings.rfc);
+        self.banks.iter_mut().for_each(|bank| bank.refreshed(end));
+        (0..self.banks.len() as u32).for_each(|bank| self.update(bank));
+        self.stats.refreshes += number - self.refresh;
+        self.refresh = number;
+        // One that ended while nothing waited has kept nobody from an access.
+        self.accessed_since_refresh = end <= self.now;
+    }
+}
