@@ -1,8 +1,6 @@
 //! What runs the warps of a frame: in turns, or event by event.
 
-use crate::counters::{
-    BufferTraffic, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters,
-};
+use crate::counters::{BufferTraffic, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters};
 use crate::error::Error;
 use crate::interleave::{Interleaver, KindPaths};
 use crate::layout::Buffers;

@@ -23,14 +23,13 @@ mod timed;
 mod warp;
 
 pub use config::{
-    Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, DRAM_STANDARDS, Dram,
-    Family, GPUS, Gpu, Identity, LoadStore, Output, Paths, Present, Provenance, Raster, Registers, Scheduler,
-    ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler,
-    TraversalCosts,
+    Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu,
+    Identity, LoadStore, Output, Paths, Present, Provenance, Raster, Registers, Scheduler, ShaderCores,
+    ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, TraversalCosts,
 };
 pub use counters::{
-    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Occupancy, Pass,
-    PassCounters, PhaseOccupancy, ScheduleCounters, TrafficCounters, Value, WaitCounters,
+    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters,
+    Occupancy, Pass, PassCounters, PhaseOccupancy, ScheduleCounters, TrafficCounters, Value, WaitCounters,
 };
 pub use error::Error;
 pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, estimate};

@@ -8,8 +8,8 @@
 
 use crate::config::{Gpu, ShaderCosts, Technique};
 use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters, PhaseOccupancy};
-use crate::error::Error;
 use crate::engine::{Engine, Finished};
+use crate::error::Error;
 use crate::geometry;
 use crate::interleave::KindPaths;
 use crate::layout::{BufferBytes, Buffers, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};

@@ -218,11 +218,11 @@ fn extremes_that_are_legal_are_read() {
     assert_eq!(with(&[("mhz = { value = 710", "mhz = { value = 1e7")]).expect("10 THz").clock.hz, 1e13);
     let slow = with(&[("peak_gbs = { value = 29.8", "peak_gbs = { value = 1e-9")]).expect("1 B/s");
     assert!((slow.dram.peak_bytes_per_second - 1.0).abs() < 1e-12);
-    for standard in gpumodel::DRAM_STANDARDS {
+    for cachesim::BuiltinDram { name: standard, .. } in cachesim::DRAM_STANDARDS {
         let to = format!("standard = {{ value = \"{standard}\"");
         assert_eq!(
             with(&[("standard = { value = \"lpddr4x\"", &to)]).expect("known").dram.standard,
-            standard
+            *standard
         );
     }
 }

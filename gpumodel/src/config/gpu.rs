@@ -6,7 +6,9 @@ use super::gpu_file::{
 };
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
 use crate::error::Error;
-use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineSize, Policy, Ways};
+use cachesim::{
+    Bytes, DRAM_STANDARDS, DramConfig, DramStandard, Hierarchy, LevelConfig, Levels, LineSize, Policy, Ways,
+};
 use serde::Deserialize;
 use std::ops::{Range, RangeInclusive};
 
@@ -58,9 +60,6 @@ impl BuiltinGpu {
         GPUS.iter().find(|gpu| gpu.name == name)
     }
 }
-
-/// Names that `dram.standard` can take.
-pub const DRAM_STANDARDS: [&str; 3] = ["lpddr4x", "lpddr5", "lpddr5x"];
 
 /// Smallest line or sector: the 16 bytes of one vec4 load never straddle two.
 const SMALLEST_LINE: u64 = 16;
@@ -244,10 +243,12 @@ pub struct Paths {
 /// System memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dram {
-    /// Timings, banks and rows: one of [`DRAM_STANDARDS`].
+    /// Timings, banks and rows: one of [`cachesim::DRAM_STANDARDS`].
     pub standard: String,
     /// Channels, which share the peak.
     pub channels: u32,
+    /// Requests that the scheduler of each channel sees.
+    pub queue: u32,
     /// Bytes per second at best.
     pub peak_bytes_per_second: f64,
     /// Share of the peak that the way between the last cache and the memory lets through.
@@ -278,6 +279,21 @@ pub struct Tiler {
 pub struct Output {
     /// Bytes of a pixel.
     pub bytes_per_pixel: u32,
+}
+
+impl Dram {
+    /// As the simulation of DRAM takes it.
+    ///
+    /// # Errors
+    /// When the standard is none that comes with the program.
+    pub fn simulated(&self) -> Result<DramConfig, cachesim::Error> {
+        Ok(DramConfig {
+            standard: DramStandard::builtin(&self.standard)?,
+            channels: self.channels,
+            bytes_per_second: self.peak_bytes_per_second,
+            queue: self.queue,
+        })
+    }
 }
 
 impl Gpu {
@@ -366,8 +382,9 @@ impl Gpu {
             paths,
             dram: Dram {
                 standard: dram_standard(&file, &raw.dram.standard)?,
-                channels: file.within("dram.channels", &raw.dram.channels, 1..=64)?,
-                peak_bytes_per_second: file.within("dram.peak_gbs", &raw.dram.peak_gbs, RATE)? * 1e9,
+                channels: file.within("dram.channels", &raw.dram.channels, 1..=cachesim::MAX_CHANNELS)?,
+                queue: file.within("dram.queue", &raw.dram.queue, 1..=cachesim::MAX_QUEUE)?,
+                peak_bytes_per_second: file.within("dram.peak_gbs", &raw.dram.peak_gbs, 1e-9..=1e7)? * 1e9,
                 efficiency: file.within("dram.efficiency", &raw.dram.efficiency, 0.01..=1.0)?,
                 latency_seconds: file.within("dram.latency_ns", &raw.dram.latency_ns, RATE)? * 1e-9,
             },
@@ -454,10 +471,11 @@ fn texture(file: &File<'_>, raw: &TextureFile) -> Result<TextureUnit, Error> {
 fn dram_standard(file: &File<'_>, figure: &Sourced<String>) -> Result<String, Error> {
     let key = "dram.standard";
     let standard = file.sourced(key, figure)?;
-    if DRAM_STANDARDS.contains(&standard.as_str()) {
+    let known: Vec<&str> = DRAM_STANDARDS.iter().map(|known| known.name).collect();
+    if known.contains(&standard.as_str()) {
         return Ok(standard.clone());
     }
-    let problem = format!("is '{standard}', expected one of: {}", DRAM_STANDARDS.join(", "));
+    let problem = format!("is '{standard}', expected one of: {}", known.join(", "));
     Err(file.refuse(
         key,
         &figure.value.span(),

@@ -141,6 +141,7 @@ pub(super) struct PathsFile {
 pub(super) struct DramFile {
     pub(super) standard: Sourced<String>,
     pub(super) channels: Sourced<u32>,
+    pub(super) queue: Sourced<u32>,
     pub(super) peak_gbs: Sourced<f64>,
     pub(super) efficiency: Sourced<f64>,
     pub(super) latency_ns: Sourced<f64>,

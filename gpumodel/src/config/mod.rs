@@ -8,8 +8,8 @@ mod technique;
 
 pub use costs::{Cost, ShaderCosts, SharedCosts, TraversalCosts};
 pub use gpu::{
-    BuiltinGpu, CacheLevel, CacheRole, Clock, DRAM_STANDARDS, Dram, Family, GPUS, Gpu, Identity, LoadStore,
-    Output, Paths, Registers, Scheduler, ShaderCores, TextureUnit, Tiler,
+    BuiltinGpu, CacheLevel, CacheRole, Clock, Dram, Family, GPUS, Gpu, Identity, LoadStore, Output, Paths,
+    Registers, Scheduler, ShaderCores, TextureUnit, Tiler,
 };
 pub use sourced::{Provenance, Tag};
 pub(crate) use technique::VECTOR_BYTES;

@@ -6,8 +6,7 @@ mod table;
 
 pub use frame::{
     BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Occupancy, Pass, PassCounters,
-    PhaseOccupancy, ScheduleCounters, WaitCounters,
-    TrafficCounters,
+    PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters,
 };
 pub use set::{CounterSet, Value};
 pub use table::{COUNTERS, CounterInfo};

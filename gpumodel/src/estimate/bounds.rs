@@ -99,8 +99,21 @@ impl Demand {
     pub(super) fn sum(demands: &[Self]) -> Self {
         let mut sum = Self::default();
         for demand in demands {
-            let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency, line_waits, turn_waits } =
-                *demand;
+            let Self {
+                alu,
+                efu,
+                load_store,
+                l1,
+                cluster,
+                l2,
+                slc,
+                dram,
+                setup,
+                pixels,
+                latency,
+                line_waits,
+                turn_waits,
+            } = *demand;
             sum.alu += alu;
             sum.efu += efu;
             sum.load_store += load_store;

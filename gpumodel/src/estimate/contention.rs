@@ -36,7 +36,12 @@ const LATENCY: &str = "latency";
 const IN_FLIGHT: &str = "lines in flight";
 
 /// The time of a phase whose passes count `counters` together, and whose warps came and went as `occupancy` says.
-pub(super) fn contended(counters: &PassCounters, demand: &Demand, occupancy: &[Occupancy], gpu: &Gpu) -> Contended {
+pub(super) fn contended(
+    counters: &PassCounters,
+    demand: &Demand,
+    occupancy: &[Occupancy],
+    gpu: &Gpu,
+) -> Contended {
     let turns = counters.issue.turns.max(1) as f64;
     let issued: u64 = occupancy.iter().map(|level| level.ticks * u64::from(level.cores)).sum();
     let mut result = Contended::default();
@@ -77,7 +82,8 @@ fn network(counters: &PassCounters, demand: &Demand, level: &Occupancy, turns: f
     let per_turn = |seconds_of_all_cores: f64| seconds_of_all_cores * cores / turns;
     let width = f64::from(gpu.cores.warp_width);
     let servers = (gpu.cores.alu_lanes / width).floor().clamp(1.0, 1024.0);
-    let own = |name, demand, servers, burst| Station { name, demand, servers, variability: 0.0, burst, sharers: 1 };
+    let own =
+        |name, demand, servers, burst| Station { name, demand, servers, variability: 0.0, burst, sharers: 1 };
     let shared = |name, demand, servers, burst| Station {
         name,
         demand,
@@ -98,7 +104,8 @@ fn network(counters: &PassCounters, demand: &Demand, level: &Occupancy, turns: f
         if accesses == 0.0 {
             continue;
         }
-        let line_seconds = cache.line_bytes as f64 * f64::from(cache.banks) / cache.bytes_per_clock / gpu.clock.hz;
+        let line_seconds =
+            cache.line_bytes as f64 * f64::from(cache.banks) / cache.bytes_per_clock / gpu.clock.hz;
         let name = match cache.role {
             CacheRole::L1 => "L1",
             CacheRole::Cluster => "cluster cache",
@@ -113,7 +120,9 @@ fn network(counters: &PassCounters, demand: &Demand, level: &Occupancy, turns: f
             shared(name, demand, cache.banks, burst)
         });
     }
-    let misses = (traffic.dram_read_bytes as f64 / gpu.caches.last().map_or(64.0, |cache| cache.line_bytes as f64)).max(1.0);
+    let misses = (traffic.dram_read_bytes as f64
+        / gpu.caches.last().map_or(64.0, |cache| cache.line_bytes as f64))
+    .max(1.0);
     stations.push(shared("DRAM", demand.dram / turns, 1, (misses / waits).max(1.0).min(lines.max(1.0))));
     stations.push(shared("triangle setup", demand.setup / turns, 1, 1.0));
     stations.push(shared("pixel rate", demand.pixels / turns, 1, 1.0));

@@ -103,7 +103,9 @@ pub fn estimate(
         phase.iter().for_each(|&pass| of_phase += *counters.pass(pass));
         let levels = replayed.occupancy.iter().find(|of| phase.contains(&of.first));
         let model = levels.map(|of| contended(&of_phase, &demand, &of.levels, &config.gpu));
-        if std::env::var("RB_DEBUG").is_ok() { eprintln!("{phase:?} bound {bound:?} timed {timed:?} model {model:?} {:?}", replayed.timed); }
+        if std::env::var("RB_DEBUG").is_ok() {
+            eprintln!("{phase:?} bound {bound:?} timed {timed:?} model {model:?} {:?}", replayed.timed);
+        }
         let timed = timed.or(model.map(|m| m.seconds));
         for &pass in phase {
             deciding[pass as usize] = bound.name;

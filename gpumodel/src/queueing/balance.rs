@@ -79,8 +79,7 @@ impl Term {
             return 0.0;
         }
         let bound = self.population - 1.0;
-        self.ours * self.residual * self.power(utilisation) * bound
-            / (self.population * odds + self.residual)
+        self.ours * self.residual * self.power(utilisation) * bound / (self.population * odds + self.residual)
     }
 
     /// Rate at which [`Term::waiting`] falls with `ln(1 + v)`.

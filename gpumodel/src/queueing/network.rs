@@ -118,7 +118,9 @@ pub enum NetworkError {
         station: &'static str,
     },
     /// Nobody shares a station, not even its own network.
-    #[error("station '{station}': sharers = 0: expected at least 1; give 1 where no other network comes here")]
+    #[error(
+        "station '{station}': sharers = 0: expected at least 1; give 1 where no other network comes here"
+    )]
     Sharers {
         /// The station's name.
         station: &'static str,

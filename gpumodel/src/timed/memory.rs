@@ -7,10 +7,10 @@
 use super::events::{Event, Events, Promises};
 use crate::config::Gpu;
 use crate::error::Error;
-use crate::layout::{BufferKind, Buffers};
 use crate::interleave::KindPaths;
+use crate::layout::{BufferKind, Buffers};
 use crate::warp::Run;
-use cachesim::{Done, Dram, DramConfig, DramStandard, Hierarchy, LineId, MAX_LEVELS};
+use cachesim::{Done, Dram, Hierarchy, LineId, MAX_LEVELS};
 use std::collections::{HashMap, VecDeque};
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -118,18 +118,10 @@ impl Memory {
         paths: KindPaths,
         buffers: &Buffers,
     ) -> Result<Self, Error> {
-        let standard = DramStandard::builtin(&gpu.dram.standard)
-            .expect("the description was checked")
-            .map_err(|error| refused(gpu, &error))?;
-        let config = DramConfig {
-            standard,
-            channels: gpu.dram.channels,
-            bytes_per_second: gpu.dram.peak_bytes_per_second,
-            queue: CONTROLLER_QUEUE,
-        };
-        let dram = Dram::new(&config).map_err(|error| refused(gpu, &error))?;
+        let dram = gpu.dram.simulated().and_then(|config| Dram::new(&config));
+        let dram = dram.map_err(|error| refused(gpu, &error))?;
         let cycles_per_ps = gpu.clock.hz * 1e-12;
-        let idle = dram.idle_read_latency_ps() as f64 * cycles_per_ps;
+        let idle = dram.timings().row_miss() as f64 * cycles_per_ps;
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
             let path = paths.of(kind, write);
@@ -140,10 +132,19 @@ impl Memory {
                 .map(|latency| latency.max(0.0))
                 .collect();
             let private = match kind {
-                BufferKind::Stack => (u64::from(buffers.stack_base_line), u64::from(buffers.stack_stride_lines)),
+                BufferKind::Stack => {
+                    (u64::from(buffers.stack_base_line), u64::from(buffers.stack_stride_lines))
+                }
                 _ => (0, 0),
             };
-            Some(Route { path, latencies, line_shift: hierarchy.granule(path).log2(), levels, write, private })
+            Some(Route {
+                path,
+                latencies,
+                line_shift: hierarchy.granule(path).log2(),
+                levels,
+                write,
+                private,
+            })
         };
         let levels = gpu.caches.iter().map(|cache| Level {
             line_shift: cache.line_bytes.ilog2(),
@@ -212,7 +213,11 @@ impl Memory {
             core,
             key: key as u32,
             address,
-            missed: if served.memory.reads > 0 { route.levels.len() } else { missed.min(route.levels.len() - 1) },
+            missed: if served.memory.reads > 0 {
+                route.levels.len()
+            } else {
+                missed.min(route.levels.len() - 1)
+            },
             held: 0,
             bytes: served.memory.read_bytes as u32,
             write: false,
@@ -388,7 +393,7 @@ impl Memory {
     }
 
     /// When the memory has something to do or to tell.
-    pub(super) fn next_at(&self) -> Option<f64> {
+    pub(super) fn next_at(&mut self) -> Option<f64> {
         self.dram.next_event().map(|ps| ps as f64 * self.cycles_per_ps)
     }
 
@@ -462,9 +467,6 @@ fn refused(gpu: &Gpu, error: &cachesim::Error) -> Error {
         remedy: "correct [dram]".to_owned(),
     }
 }
-
-/// Requests that a controller's scheduler sees.
-const CONTROLLER_QUEUE: u32 = 64;
 
 /// Line numbers are spread by one multiplication (Fibonacci hashing).
 #[derive(Default)]

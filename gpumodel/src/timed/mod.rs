@@ -93,7 +93,7 @@ pub struct TimedFrame {
     /// By the first pass of each phase.
     pub phases: Vec<(Pass, TimedPhase)>,
     /// What the memory controller saw.
-    pub dram: cachesim::DramCounts,
+    pub dram: cachesim::DramStats,
 }
 
 impl TimedFrame {
@@ -207,15 +207,23 @@ impl Machine {
             dram_read_bytes: memory.read_bytes,
             dram_write_bytes: memory.write_bytes,
         };
-        let sum = |value: fn(&TimedPhase) -> f64| self.phases.iter().map(|(_, phase)| value(phase)).sum::<f64>();
+        let sum =
+            |value: fn(&TimedPhase) -> f64| self.phases.iter().map(|(_, phase)| value(phase)).sum::<f64>();
         let schedule = ScheduleCounters {
             ticks: sum(|phase| phase.cycles).round() as u64,
             full_ticks: sum(|phase| phase.all_cores_computing).round() as u64,
             warp_ticks: sum(|phase| phase.resident_warps).round() as u64,
             warps: self.warps,
         };
-        let dram = self.memory.dram().counts();
-        Finished { traffic, flush, waits: Default::default(), schedule, occupancy: Vec::new(), timed: Some(TimedFrame { phases: self.phases, dram }) }
+        let dram = self.memory.dram().stats();
+        Finished {
+            traffic,
+            flush,
+            waits: Default::default(),
+            schedule,
+            occupancy: Vec::new(),
+            timed: Some(TimedFrame { phases: self.phases, dram }),
+        }
     }
 
     /// One event; false if there is none.

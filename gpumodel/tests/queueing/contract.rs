@@ -43,7 +43,8 @@ fn numbers_at_the_ends_of_their_ranges_are_answered() {
             for customers in [1.0, Network::MOST_CUSTOMERS] {
                 for servers in [1, u32::MAX] {
                     for (variability, burst) in [(0.0, 1.0), (1e60, 1.0), (0.0, 1e15), (1e60, 1e15)] {
-                        let station = Station { name: "edge", demand: time, servers, variability, burst, sharers: 1 };
+                        let station =
+                            Station { name: "edge", demand: time, servers, variability, burst, sharers: 1 };
                         let network = Network {
                             customers,
                             think_time: time,
