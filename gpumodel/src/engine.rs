@@ -1,12 +1,13 @@
 //! What runs the warps of a frame: in turns, or event by event.
 
-use crate::counters::{BufferTraffic, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters};
+use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::error::Error;
 use crate::interleave::{Interleaver, KindPaths};
 use crate::layout::Buffers;
 use crate::replay::{Fidelity, Maps, ReplayConfig};
 use crate::timed::{Machine, TimedFrame};
 use crate::warp::TileStream;
+use crate::windows::PhaseWindows;
 use cachesim::Hierarchy;
 use std::sync::Arc;
 
@@ -24,10 +25,9 @@ pub(crate) struct Finished {
     pub(crate) traffic: [TrafficCounters; Pass::COUNT],
     /// Dirty lines written back after the last access.
     pub(crate) flush: BufferTraffic,
-    /// By [`Pass`].
-    pub(crate) waits: [WaitCounters; Pass::COUNT],
     pub(crate) schedule: ScheduleCounters,
-    pub(crate) occupancy: Vec<PhaseOccupancy>,
+    /// What happened when; empty where time was simulated.
+    pub(crate) phases: Vec<PhaseWindows>,
     pub(crate) timed: Option<TimedFrame>,
 }
 

@@ -5,15 +5,14 @@
 //! stores up to its next wait. The order of turns is the order in which the caches see the accesses.
 
 use crate::config::Gpu;
-use crate::counters::{
-    BufferTraffic, Occupancy, Pass, PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters,
-};
+use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters, WaitCounters};
 use crate::engine::Finished;
 use crate::layout::{BufferKind, Buffers};
 use crate::replay::Maps;
 use crate::warp::{Run, TileStream};
-use cachesim::{Access, Hierarchy, LineId, MAX_LEVELS, PathId, Policy, Served};
-use std::collections::{BTreeMap, VecDeque};
+use crate::windows::{Seen, WindowLog};
+use cachesim::{Access, Hierarchy, LevelServed, LineId, MAX_LEVELS, PathId, Policy, Served};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Paths through the caches, as the hierarchy numbers them.
@@ -77,7 +76,7 @@ pub(crate) struct Interleaver {
     occupied: Vec<usize>,
     waiting: VecDeque<Warp>,
     schedule: ScheduleCounters,
-    occupancy: OccupancyLog,
+    windows: WindowLog,
     /// Lines that each warp read from memory, by its number; empty where no maps are kept.
     misses: Vec<u32>,
     maps: Maps,
@@ -88,42 +87,6 @@ pub(crate) struct Interleaver {
 
 /// Of so many turns, it is seen how far away the data of one are. A prime, so that it keeps step with no loop of a shader.
 const SAMPLED_TURNS: u64 = 17;
-
-/// How long how many warps were resident, phase by phase.
-#[derive(Default)]
-struct OccupancyLog {
-    phases: Vec<PhaseOccupancy>,
-    /// By cores that have a warp, and warps.
-    ticks: BTreeMap<(u32, u32), u64>,
-    last: (u32, u32),
-    ticks_of_last: u64,
-}
-
-impl OccupancyLog {
-    fn tick(&mut self, cores: u32, warps: u32) {
-        if (cores, warps) != self.last {
-            self.keep();
-            self.last = (cores, warps);
-        }
-        self.ticks_of_last += 1;
-    }
-
-    fn keep(&mut self) {
-        if self.ticks_of_last > 0 {
-            *self.ticks.entry(self.last).or_default() += std::mem::take(&mut self.ticks_of_last);
-        }
-    }
-
-    fn end_phase(&mut self, first: Pass) {
-        self.keep();
-        let levels = std::mem::take(&mut self.ticks).into_iter();
-        let levels: Vec<_> =
-            levels.map(|((cores, warps), ticks)| Occupancy { cores, warps, ticks }).collect();
-        if !levels.is_empty() {
-            self.phases.push(PhaseOccupancy { first, levels });
-        }
-    }
-}
 
 /// The caches, and accesses gathered for them.
 struct Caches {
@@ -140,8 +103,8 @@ struct Caches {
     spared: Vec<u64>,
     /// By key.
     served: Vec<Served>,
-    /// By pass.
-    waits: [WaitCounters; Pass::COUNT],
+    /// Of the turns that were looked at.
+    waits: WaitCounters,
 }
 
 /// When so many accesses are gathered, the caches see them.
@@ -198,7 +161,7 @@ impl Interleaver {
                 pending_core: 0,
                 spared: vec![0; Run::KEYS],
                 served: vec![Served::default(); Run::KEYS],
-                waits: Default::default(),
+                waits: WaitCounters::default(),
             },
             resident: (0..cores * slots).map(|_| None).collect(),
             cores,
@@ -207,7 +170,7 @@ impl Interleaver {
             occupied: vec![0; cores],
             waiting: VecDeque::new(),
             schedule: ScheduleCounters::default(),
-            occupancy: OccupancyLog::default(),
+            windows: WindowLog::default(),
             misses: Vec::new(),
             maps,
             next_number: 0,
@@ -256,8 +219,8 @@ impl Interleaver {
         while self.occupied.iter().any(|&warps| warps > 0) {
             self.tick();
         }
-        self.caches.flush_pending();
-        self.occupancy.end_phase(pass);
+        let seen = self.caches.seen();
+        self.windows.end_phase(pass, &seen);
     }
 
     /// Writes dirty lines back; everything has been drained.
@@ -275,8 +238,8 @@ impl Interleaver {
             dram_read_bytes: memory.read_bytes,
             dram_write_bytes: memory.write_bytes,
         };
-        let Self { caches: Caches { waits, .. }, schedule, occupancy, .. } = self;
-        Finished { waits, traffic: passes, flush, schedule, occupancy: occupancy.phases, timed: None }
+        let Self { schedule, windows, .. } = self;
+        Finished { traffic: passes, flush, schedule, phases: windows.phases(), timed: None }
     }
 
     /// Puts waiting warps into free slots: the first slots of all cores, then the second ones, and so on.
@@ -298,7 +261,10 @@ impl Interleaver {
         self.schedule.warp_ticks += resident as u64;
         let occupied = self.occupied.iter().filter(|&&warps| warps > 0).count();
         self.schedule.full_ticks += u64::from(occupied == self.cores);
-        self.occupancy.tick(occupied as u32, resident as u32);
+        if self.windows.tick(occupied as u64, resident as u64) {
+            let seen = self.caches.seen();
+            self.windows.end_window(&seen);
+        }
         for core in 0..self.cores {
             if self.occupied[core] > 0 {
                 self.issue(core);
@@ -396,6 +362,23 @@ impl Caches {
         self.gathered = 0;
     }
 
+    /// All that the caches have seen.
+    fn seen(&mut self) -> Seen {
+        self.flush_pending();
+        let mut levels = [LevelServed::default(); MAX_LEVELS];
+        for (level, served) in levels.iter_mut().take(self.hierarchy.levels().as_slice().len()).enumerate() {
+            let counts = self.hierarchy.counts(level);
+            *served = LevelServed { accesses: counts.accesses, misses: counts.misses };
+        }
+        for (route, spared) in self.routes.iter().zip(&self.spared) {
+            if let Some(route) = route {
+                levels[self.hierarchy.path(route.path)[0]].accesses += spared;
+            }
+        }
+        let memory = self.hierarchy.memory();
+        Seen { levels, memory_bytes: memory.read_bytes + memory.write_bytes, waits: self.waits }
+    }
+
     /// Misses of each level, and last of memory, once all that has been gathered is in the caches.
     fn misses(&mut self) -> [u64; MAX_LEVELS + 1] {
         self.flush_pending();
@@ -410,12 +393,9 @@ impl Caches {
     /// Notes from where the farthest line of a turn came, whose last run is `last`; `before` are the misses before it.
     fn sample(&mut self, last: Run, before: [u64; MAX_LEVELS + 1]) {
         let after = self.misses();
-        let Some((route, (pass, ..))) = self.routes[last.key()].as_ref().zip(Run::of_key(last.key())) else {
+        let Some(route) = self.routes[last.key()].as_ref().filter(|route| !route.write) else {
             return;
         };
-        if route.write {
-            return;
-        }
         let path = self.hierarchy.path(route.path);
         let missed = |&level: &usize| after[level] > before[level];
         let from = if after[MAX_LEVELS] > before[MAX_LEVELS] {
@@ -424,7 +404,7 @@ impl Caches {
             let passed = path.iter().take_while(|level| missed(level)).count();
             path[passed.min(path.len() - 1)]
         };
-        self.waits[pass as usize].from[from] += 1;
+        self.waits.from[from] += 1;
     }
 
     /// What the accesses of a key caused.

@@ -21,6 +21,7 @@ mod replay;
 mod schedule;
 mod timed;
 mod warp;
+mod windows;
 
 pub use config::{
     Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu,
@@ -28,11 +29,12 @@ pub use config::{
     ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, TraversalCosts,
 };
 pub use counters::{
-    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters,
-    Occupancy, Pass, PassCounters, PhaseOccupancy, ScheduleCounters, TrafficCounters, Value, WaitCounters,
+    BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,
+    PassCounters, ScheduleCounters, TrafficCounters, Value, WaitCounters,
 };
 pub use error::Error;
 pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, estimate};
 pub use layout::{BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
 pub use replay::{Fidelity, Maps, ReplayConfig, Replayed, replay, replay_all};
 pub use timed::{TimedFrame, TimedPhase, WarpCycles};
+pub use windows::{PhaseWindows, Window};

@@ -7,7 +7,7 @@
 //! variants whose warps have the same shape.
 
 use crate::config::{Gpu, ShaderCosts, Technique};
-use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters, PhaseOccupancy};
+use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters};
 use crate::engine::{Engine, Finished};
 use crate::error::Error;
 use crate::geometry;
@@ -16,6 +16,7 @@ use crate::layout::{BufferBytes, Buffers, NodeOrder, NodeRecords, PrimitiveLayou
 use crate::schedule::{HELPER, LaneMap, resident_warps};
 use crate::timed::TimedFrame;
 use crate::warp::{Emitter, Program, Stepper, TileStream};
+use crate::windows::PhaseWindows;
 use cachesim::Hierarchy;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -88,8 +89,8 @@ pub struct Replayed {
     pub buffers: BufferBytes,
     /// Warps that a core holds at once.
     pub resident_warps: u32,
-    /// How full the cores were, phase by phase; empty where time was simulated.
-    pub occupancy: Vec<PhaseOccupancy>,
+    /// What happened when; empty where time was simulated.
+    pub phases: Vec<PhaseWindows>,
     /// When what happened, where it was asked for.
     pub timed: Option<TimedFrame>,
 }
@@ -394,18 +395,15 @@ impl<'a> Variant<'a> {
             self.present(frame);
         }
         let Self { program, engine, resident_warps, mut counters, maps, .. } = self;
-        let Finished { traffic, flush, waits, schedule, occupancy, timed } = engine.finish();
+        let Finished { traffic, flush, schedule, phases, timed } = engine.finish();
         for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
             pass.traffic = traffic;
-        }
-        for (pass, waits) in counters.passes.iter_mut().zip(waits) {
-            pass.waits = waits;
         }
         counters.flush = flush;
         counters.schedule = schedule;
         counters.stalls = source.stalls();
         let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
-        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps, occupancy, timed })
+        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps, phases, timed })
     }
 
     /// The full-screen quad that draws the image of a compute stage.

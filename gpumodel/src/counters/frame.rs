@@ -98,26 +98,6 @@ counters! {
     }
 }
 
-/// For how many ticks how many warps were resident.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Occupancy {
-    /// Cores that had a warp.
-    pub cores: u32,
-    /// Warps on all of them.
-    pub warps: u32,
-    /// Ticks.
-    pub ticks: u64,
-}
-
-/// How full the cores were between two times at which they were empty.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PhaseOccupancy {
-    /// The first pass that ran.
-    pub first: Pass,
-    /// Each state that occurred, in order of cores, then warps.
-    pub levels: Vec<Occupancy>,
-}
-
 /// What a buffer's accesses caused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BufferTraffic {
@@ -205,8 +185,6 @@ counters! {
         pub issue: IssueCounters,
         /// In the caches and memory.
         pub traffic: TrafficCounters,
-        /// Where waiting turns found their data.
-        pub waits: WaitCounters,
     }
 }
 

@@ -5,8 +5,8 @@ mod set;
 mod table;
 
 pub use frame::{
-    BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Occupancy, Pass, PassCounters,
-    PhaseOccupancy, ScheduleCounters, TrafficCounters, WaitCounters,
+    BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass, PassCounters, ScheduleCounters,
+    TrafficCounters, WaitCounters,
 };
 pub use set::{CounterSet, Value};
 pub use table::{COUNTERS, CounterInfo};

@@ -34,10 +34,6 @@ pub(super) struct Demand {
     pub(super) pixels: f64,
     /// Little's law: the seconds of all warps, each run alone, shared out over the warps that are resident together.
     latency: f64,
-    /// Seconds that all lines are on their way, with nothing else on it.
-    pub(super) line_waits: f64,
-    /// Seconds that all turns wait for the farthest of their lines, with nothing else on the way.
-    pub(super) turn_waits: f64,
 }
 
 impl Demand {
@@ -45,12 +41,8 @@ impl Demand {
         let issue = &counters.issue;
         let core_cycles = f64::from(gpu.cores.count) * gpu.clock.hz;
         let traffic = counters.traffic.total();
-        let path = match pass {
-            Pass::Binning | Pass::Geometry => &gpu.paths.vertex,
-            Pass::Present => &gpu.paths.texture,
-            Pass::Primary | Pass::Shadow | Pass::Output => &gpu.paths.ssbo,
-        };
-        let (line_waits, turn_waits) = waits(counters, &traffic, path, gpu);
+        let path = path(pass, gpu);
+        let waits = waits(counters, &traffic, path, gpu);
         let issue_seconds =
             (issue.alu_issued as f64 / gpu.cores.alu_lanes + issue.load_store_cycles as f64) / gpu.clock.hz;
         let mut demand = Self {
@@ -64,13 +56,11 @@ impl Demand {
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
             setup: issue.setup_triangles as f64 / (gpu.tiler.triangles_per_clock * gpu.clock.hz),
             pixels: issue.covered_fragments as f64 / (gpu.tiler.pixels_per_clock * gpu.clock.hz),
-            latency: if turn_waits > 0.0 {
-                (turn_waits + issue_seconds) / f64::from(gpu.cores.count * resident_warps)
+            latency: if waits > 0.0 {
+                (waits + issue_seconds) / f64::from(gpu.cores.count * resident_warps)
             } else {
                 0.0
             },
-            line_waits,
-            turn_waits,
         };
         demand.add_traffic(&traffic, gpu);
         demand
@@ -99,21 +89,7 @@ impl Demand {
     pub(super) fn sum(demands: &[Self]) -> Self {
         let mut sum = Self::default();
         for demand in demands {
-            let Self {
-                alu,
-                efu,
-                load_store,
-                l1,
-                cluster,
-                l2,
-                slc,
-                dram,
-                setup,
-                pixels,
-                latency,
-                line_waits,
-                turn_waits,
-            } = *demand;
+            let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency } = *demand;
             sum.alu += alu;
             sum.efu += efu;
             sum.load_store += load_store;
@@ -125,8 +101,6 @@ impl Demand {
             sum.setup += setup;
             sum.pixels += pixels;
             sum.latency += latency;
-            sum.line_waits += line_waits;
-            sum.turn_waits += turn_waits;
         }
         sum
     }
@@ -152,28 +126,30 @@ impl Demand {
     }
 }
 
+/// The way of a pass's loads through the caches.
+pub(super) fn path(pass: Pass, gpu: &Gpu) -> &[usize] {
+    match pass {
+        Pass::Binning | Pass::Geometry => &gpu.paths.vertex,
+        Pass::Present => &gpu.paths.texture,
+        Pass::Primary | Pass::Shadow | Pass::Output => &gpu.paths.ssbo,
+    }
+}
+
 fn dram_bandwidth(gpu: &Gpu) -> f64 {
     gpu.dram.peak_bytes_per_second * gpu.dram.efficiency
 }
 
-/// Seconds that all lines are on their way, and seconds that all turns wait for theirs, with nothing else on the way.
-///
-/// The loads of a turn are in flight together: it waits for the farthest place that any of its lines comes from.
-fn waits(counters: &PassCounters, traffic: &BufferTraffic, path: &[usize], gpu: &Gpu) -> (f64, f64) {
+/// Seconds that all turns would wait if each of their lines came from where the phase's mean line does: at least the latency of
+/// the first cache.
+fn waits(counters: &PassCounters, traffic: &BufferTraffic, path: &[usize], gpu: &Gpu) -> f64 {
     let issue = &counters.issue;
-    let mut line_cycles = issue.line_requests as f64 * gpu.latency_cycles(path, 0);
+    if issue.memory_waits == 0 || issue.line_requests == 0 {
+        return 0.0;
+    }
+    let mut cycles = gpu.latency_cycles(path, 0);
     for (place, &level) in path.iter().enumerate() {
-        let beyond = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
-        line_cycles += traffic.levels[level].misses as f64 * beyond;
+        let share = (traffic.levels[level].misses as f64 / issue.line_requests as f64).min(1.0);
+        cycles += share * (gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place));
     }
-    let sampled: u64 = counters.waits.from.iter().sum();
-    let mut turn_cycles = 0.0;
-    for (level, &turns) in counters.waits.from.iter().enumerate() {
-        let place = path.iter().position(|&on_path| on_path == level).unwrap_or(path.len());
-        turn_cycles += turns as f64 / sampled.max(1) as f64 * gpu.latency_cycles(path, place);
-    }
-    if sampled == 0 {
-        turn_cycles = line_cycles / issue.line_requests.max(1) as f64;
-    }
-    (line_cycles / gpu.clock.hz, issue.memory_waits as f64 * turn_cycles / gpu.clock.hz)
+    issue.memory_waits as f64 * cycles / gpu.clock.hz
 }

@@ -1,15 +1,18 @@
 //! Time of a phase under contention.
 //!
 //! The warps of a core are customers of a closed queueing network; one cycle is a warp's turn: it computes, issues its loads
-//! and stores, and waits for the last of its lines. What a turn asks of each station is the phase's mean. The caches and the
-//! memory that cores share are stations that as many like networks visit. The phase lasts, for each number of warps that were
-//! resident together, as long as the turns issued meanwhile take at the throughput of that many; so the tail of the last warps
-//! and cores that run dry are in it.
+//! and stores, and waits for the last of its lines. Caches and memory that cores share are stations that as many like networks
+//! visit. What a turn asks of the ALU, the elementary function unit and the load/store unit is the phase's mean; what it asks
+//! of caches and memory, and how many warps are resident, is the mean of its [`Window`], and the time of the phase is the sum
+//! over its windows. So cold caches, cores that run dry and the tail of the last warps are in it.
 
 use super::bounds::Demand;
 use crate::config::{CacheRole, Gpu};
-use crate::counters::{Occupancy, PassCounters};
+use crate::counters::PassCounters;
 use crate::queueing::{Network, Part, Solution, Station, solve};
+use crate::timed::servers;
+use crate::windows::Window;
+use cachesim::MAX_LEVELS;
 
 /// What the time of a phase is made of.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,125 +34,137 @@ pub struct StackPart {
     pub seconds: f64,
 }
 
-const TAIL: &str = "tail";
+/// Time that nothing but the distance causes.
 const LATENCY: &str = "latency";
-const IN_FLIGHT: &str = "lines in flight";
 
-/// The time of a phase whose passes count `counters` together, and whose warps came and went as `occupancy` says.
-pub(super) fn contended(
-    counters: &PassCounters,
-    demand: &Demand,
-    occupancy: &[Occupancy],
-    gpu: &Gpu,
-) -> Contended {
-    let turns = counters.issue.turns.max(1) as f64;
-    let issued: u64 = occupancy.iter().map(|level| level.ticks * u64::from(level.cores)).sum();
-    let mut result = Contended::default();
-    let full = occupancy.iter().max_by_key(|level| (level.warps, level.cores));
-    let Some(full) = full else { return result };
-    let full_time = time(counters, demand, full, turns, gpu);
-    for level in occupancy {
-        let share = (level.ticks * u64::from(level.cores)) as f64 / issued as f64;
-        let Some((seconds, solution)) = time(counters, demand, level, turns, gpu) else { continue };
-        result.seconds += share * seconds;
-        result.residual = result.residual.max(solution.residual);
-    }
-    if let Some((seconds, solution)) = full_time {
-        result.stack = stack(seconds, &solution);
-        result.stack.push(StackPart { name: TAIL, seconds: result.seconds - seconds });
-    }
-    result
+/// A phase: what its passes count together, what they need of each resource, and the way of its loads through the caches.
+pub(super) struct Phase<'a> {
+    pub(super) counters: &'a PassCounters,
+    pub(super) demand: &'a Demand,
+    pub(super) path: &'a [usize],
+    pub(super) gpu: &'a Gpu,
 }
 
-/// Seconds that all turns would take at one level of occupancy.
-fn time(
-    counters: &PassCounters,
-    demand: &Demand,
-    level: &Occupancy,
-    turns: f64,
-    gpu: &Gpu,
-) -> Option<(f64, Solution)> {
-    let network = network(counters, demand, level, turns, gpu);
-    let solution = solve(&network).ok()?;
-    Some((turns / (solution.throughput * f64::from(level.cores)), solution))
-}
-
-/// The network of one core; times are of one turn.
-fn network(counters: &PassCounters, demand: &Demand, level: &Occupancy, turns: f64, gpu: &Gpu) -> Network {
-    let issue = &counters.issue;
-    let traffic = counters.traffic.total();
-    let cores = f64::from(gpu.cores.count);
-    let per_turn = |seconds_of_all_cores: f64| seconds_of_all_cores * cores / turns;
-    let width = f64::from(gpu.cores.warp_width);
-    let servers = (gpu.cores.alu_lanes / width).floor().clamp(1.0, 1024.0);
-    let own =
-        |name, demand, servers, burst| Station { name, demand, servers, variability: 0.0, burst, sharers: 1 };
-    let shared = |name, demand, servers, burst| Station {
-        name,
-        demand,
-        servers,
-        variability: 0.0,
-        burst,
-        sharers: level.cores,
-    };
-    let mut stations = vec![
-        own("ALU", per_turn(demand.alu) * servers, servers as u32, 1.0),
-        own("EFU", per_turn(demand.efu), 1, 1.0),
-        own("load/store port", per_turn(demand.load_store), 1, 1.0),
-    ];
-    let lines = issue.line_requests as f64;
-    let waits = (issue.memory_waits.max(1)) as f64;
-    for (cache, served) in gpu.caches.iter().zip(traffic.levels) {
-        let accesses = served.accesses as f64;
-        if accesses == 0.0 {
-            continue;
+impl Phase<'_> {
+    /// The time of the phase.
+    pub(super) fn contended(&self, windows: &[Window]) -> Contended {
+        let mut result = Contended::default();
+        for window in windows {
+            let Ok(solution) = solve(&self.network(window)) else { continue };
+            let cores = window.turns as f64 / window.ticks as f64;
+            let seconds = window.turns as f64 / (solution.throughput * cores);
+            result.seconds += seconds;
+            result.residual = result.residual.max(solution.residual);
+            add_stack(&mut result.stack, seconds, &solution);
         }
-        let line_seconds =
-            cache.line_bytes as f64 * f64::from(cache.banks) / cache.bytes_per_clock / gpu.clock.hz;
-        let name = match cache.role {
-            CacheRole::L1 => "L1",
-            CacheRole::Cluster => "cluster cache",
-            CacheRole::L2 => "L2",
-            CacheRole::Slc => "SLC",
-        };
-        let burst = (accesses / waits).max(1.0);
-        let demand = line_seconds * accesses / turns;
-        stations.push(if cache.copies > 1 {
-            own(name, demand, cache.banks, burst)
-        } else {
-            shared(name, demand, cache.banks, burst)
-        });
+        result
     }
-    let misses = (traffic.dram_read_bytes as f64
-        / gpu.caches.last().map_or(64.0, |cache| cache.line_bytes as f64))
-    .max(1.0);
-    stations.push(shared("DRAM", demand.dram / turns, 1, (misses / waits).max(1.0).min(lines.max(1.0))));
-    stations.push(shared("triangle setup", demand.setup / turns, 1, 1.0));
-    stations.push(shared("pixel rate", demand.pixels / turns, 1, 1.0));
-    // A line is on its way for the latency of the place that it comes from; a turn waits for the farthest of its lines.
-    let burst = (lines / waits).max(1.0);
-    stations.push(own(IN_FLIGHT, demand.line_waits / turns, gpu.load_store.lines_in_flight, burst));
-    let beyond = (demand.turn_waits - demand.line_waits / burst).max(0.0);
-    Network {
-        customers: (f64::from(level.warps) / f64::from(level.cores)).max(1.0),
-        think_time: beyond / turns,
-        stations,
+
+    /// The network of one core during a window; times are of one turn.
+    fn network(&self, window: &Window) -> Network {
+        let Self { counters: PassCounters { issue, .. }, demand, path, gpu } = self;
+        let turns = issue.turns.max(1) as f64;
+        let window_turns = window.turns as f64;
+        let cores = window_turns / window.ticks as f64;
+        let of_all_cores = f64::from(gpu.cores.count) / turns;
+        let servers = servers(gpu);
+        let single = |name, demand| Station { variability: 0.0, ..Station::single(name, demand) };
+        let sharers = cores.round().max(1.0) as u32;
+        let mut stations = vec![
+            Station { servers, ..single("ALU issue", demand.alu * of_all_cores * f64::from(servers)) },
+            single("EFU issue", demand.efu * of_all_cores),
+            single("load/store port", demand.load_store * of_all_cores),
+            Station { sharers, ..single("triangle setup", demand.setup / turns) },
+            Station { sharers, ..single("pixel rate", demand.pixels / turns) },
+        ];
+
+        let waits = issue.memory_waits as f64 / turns * window_turns;
+        let per_wait = |lines: f64| (lines / waits.max(1.0)).max(1.0);
+        for (cache, served) in gpu.caches.iter().zip(window.levels) {
+            let accesses = served.accesses as f64;
+            let line_seconds =
+                cache.line_bytes as f64 * f64::from(cache.banks) / (cache.bytes_per_clock * gpu.clock.hz);
+            let cores_per_copy = (gpu.cores.count / cache.copies.max(1)).max(1);
+            stations.push(Station {
+                servers: cache.banks,
+                burst: per_wait(accesses),
+                sharers: sharers.min(cores_per_copy),
+                ..single(cache_name(cache.role), line_seconds * accesses / window_turns)
+            });
+        }
+        let bandwidth = gpu.dram.peak_bytes_per_second * gpu.dram.efficiency;
+        let direct = (issue.output_bytes + issue.bin_list_bytes) as f64 / turns;
+        let bytes = window.memory_bytes as f64 / window_turns + direct;
+        let line = path.last().map_or(1.0, |&last| gpu.caches[last].line_bytes as f64);
+        stations.push(Station {
+            sharers,
+            burst: per_wait(window.memory_bytes as f64 / line),
+            ..single("DRAM", bytes / bandwidth)
+        });
+
+        // A line is on its way for the latency of the place that it comes from; a turn waits for the farthest of its lines.
+        let repeats = issue.line_accesses as f64 / issue.line_requests.max(1) as f64;
+        let lines =
+            path.first().map_or(0.0, |&first| window.levels[first].accesses as f64 / repeats.max(1.0));
+        let (line_cycles, turn_cycles) = self.waits(window, lines);
+        let burst = per_wait(lines);
+        let of_lines = line_cycles * lines / window_turns / gpu.clock.hz;
+        stations.push(Station {
+            servers: gpu.load_store.lines_in_flight,
+            burst,
+            ..single(LATENCY, of_lines)
+        });
+        let beyond = (turn_cycles - line_cycles).max(0.0) * waits / window_turns;
+        Network {
+            customers: (window.warp_ticks as f64 / window_turns).max(1.0),
+            think_time: beyond / gpu.clock.hz,
+            stations,
+        }
+    }
+
+    /// Cycles that a line is on its way, and that a turn waits, with nothing else on the way.
+    fn waits(&self, window: &Window, lines: f64) -> (f64, f64) {
+        let Self { path, gpu, .. } = self;
+        let mut line_cycles = gpu.latency_cycles(path, 0);
+        for (place, &level) in path.iter().enumerate() {
+            let beyond = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
+            line_cycles += (window.levels[level].misses as f64 / lines.max(1.0)).min(1.0) * beyond;
+        }
+        let sampled: u64 = window.waits.from.iter().sum();
+        if sampled == 0 {
+            return (line_cycles, line_cycles);
+        }
+        let of = |(level, &turns): (usize, &u64)| {
+            let on_path = path.iter().position(|&on_path| on_path == level);
+            let place = if level == MAX_LEVELS { path.len() } else { on_path.unwrap_or(0) };
+            turns as f64 * gpu.latency_cycles(path, place)
+        };
+        let turn_cycles = window.waits.from.iter().enumerate().map(of).sum::<f64>() / sampled as f64;
+        (line_cycles, turn_cycles)
     }
 }
 
-fn stack(seconds: f64, solution: &Solution) -> Vec<StackPart> {
-    let mut parts: Vec<StackPart> = Vec::new();
+fn cache_name(role: CacheRole) -> &'static str {
+    match role {
+        CacheRole::L1 => "L1",
+        CacheRole::Cluster => "cluster cache",
+        CacheRole::L2 => "L2",
+        CacheRole::Slc => "SLC",
+    }
+}
+
+fn add_stack(parts: &mut Vec<StackPart>, seconds: f64, solution: &Solution) {
     for share in solution.stack() {
         let name = match share.part {
             Part::Think => LATENCY,
             Part::Service(place) | Part::Queueing(place) => solution.stations[place].name,
         };
         let seconds = seconds * share.seconds / solution.cycle_time;
-        match parts.iter_mut().find(|part| part.name == name) {
-            Some(part) => part.seconds += seconds,
-            None => parts.push(StackPart { name, seconds }),
+        if seconds > 0.0 {
+            match parts.iter_mut().find(|part| part.name == name) {
+                Some(part) => part.seconds += seconds,
+                None => parts.push(StackPart { name, seconds }),
+            }
         }
     }
-    parts.retain(|part| part.seconds > 0.0);
-    parts
 }

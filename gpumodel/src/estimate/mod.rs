@@ -11,7 +11,6 @@ use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCoun
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{ReplayConfig, Replayed};
 use bounds::Demand;
-use contention::contended;
 use tracer::{LoopStructure, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
@@ -101,8 +100,14 @@ pub fn estimate(
         let timed = replayed.timed.as_ref().map(|frame| frame.seconds(phase, config.gpu.clock.hz));
         let mut of_phase = PassCounters::default();
         phase.iter().for_each(|&pass| of_phase += *counters.pass(pass));
-        let levels = replayed.occupancy.iter().find(|of| phase.contains(&of.first));
-        let model = levels.map(|of| contended(&of_phase, &demand, &of.levels, &config.gpu));
+        let windows = replayed.phases.iter().find(|of| phase.contains(&of.first));
+        let in_network = contention::Phase {
+            counters: &of_phase,
+            demand: &demand,
+            path: bounds::path(phase[0], &config.gpu),
+            gpu: &config.gpu,
+        };
+        let model = windows.map(|of| in_network.contended(&of.windows));
         if std::env::var("RB_DEBUG").is_ok() {
             eprintln!("{phase:?} bound {bound:?} timed {timed:?} model {model:?} {:?}", replayed.timed);
         }

@@ -24,14 +24,19 @@ impl Rates {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let cores = &gpu.cores;
         let width = f64::from(cores.warp_width);
-        let servers = (cores.alu_lanes / width).floor().clamp(1.0, 1024.0);
+        let servers = servers(gpu);
         Self {
-            servers: servers as u32,
-            alu_cycles: servers * width / cores.alu_lanes,
+            servers,
+            alu_cycles: f64::from(servers) * width / cores.alu_lanes,
             efu_cycles: width / cores.efu_lanes,
             lines_in_flight: gpu.load_store.lines_in_flight as usize,
         }
     }
+}
+
+/// Warps that compute at once on a core: as many as its lanes hold, at least one.
+pub(crate) fn servers(gpu: &Gpu) -> u32 {
+    (gpu.cores.alu_lanes / f64::from(gpu.cores.warp_width)).clamp(1.0, 1024.0) as u32
 }
 
 /// A resident warp.

@@ -13,6 +13,7 @@ mod core;
 mod events;
 mod memory;
 
+pub(crate) use self::core::servers;
 use self::core::{Core, Issue, Rates, Warp};
 use self::events::{Event, Events};
 use self::memory::{Memory, Reply};
@@ -219,9 +220,8 @@ impl Machine {
         Finished {
             traffic,
             flush,
-            waits: Default::default(),
             schedule,
-            occupancy: Vec::new(),
+            phases: Vec::new(),
             timed: Some(TimedFrame { phases: self.phases, dram }),
         }
     }
