@@ -83,6 +83,9 @@ pub(super) struct Channel {
     accessed_since_refresh: bool,
     orders: u64,
     stats: ChannelStats,
+    /// What was issued, for [`super::protocol`].
+    #[cfg(test)]
+    pub(super) log: Vec<super::protocol::Issued>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -131,6 +134,8 @@ impl Channel {
             accessed_since_refresh: true,
             orders: 0,
             stats: ChannelStats::default(),
+            #[cfg(test)]
+            log: Vec::new(),
         }
     }
 
@@ -303,6 +308,8 @@ impl Channel {
     fn issue(&mut self, command: Command, ledger: &mut Ledger) {
         let Command { at, action, bank, entry, .. } = command;
         self.now = at;
+        #[cfg(test)]
+        self.log_command(&command);
         let index = entry as usize;
         let held = &mut self.banks[bank as usize];
         match action {
@@ -358,15 +365,14 @@ impl Channel {
         group[other] = group[other].max(later(turn_same_group));
 
         self.accessed_since_refresh = true;
-        self.stale = true;
         self.stats.busy = self.stats.busy.saturating_add(burst.saturating_mul(u64::from(bursts)));
         match direction {
             Direction::Read => self.stats.read_bursts += u64::from(bursts),
             Direction::Write => self.stats.write_bursts += u64::from(bursts),
         }
-        if rest == 0 {
-            let entry = bank.remove(index);
-            self.update(number);
+        let served = (rest == 0).then(|| bank.remove(index));
+        self.update(number);
+        if let Some(entry) = served {
             self.seen[same] -= 1;
             self.stats.rows.count(entry.need);
             ledger.served(entry.request, later(latency.saturating_add(burst)));
@@ -382,9 +388,29 @@ impl Channel {
         let end = quiet.unwrap_or(0).max(due).saturating_add(self.timings.rfc);
         self.banks.iter_mut().for_each(|bank| bank.refreshed(end));
         (0..self.banks.len() as u32).for_each(|bank| self.update(bank));
+        #[cfg(test)]
+        self.log.push(super::protocol::Issued::Refresh { start: end - self.timings.rfc, end });
         self.stats.refreshes += number - self.refresh;
         self.refresh = number;
         // One that ended while nothing waited has kept nobody from an access.
         self.accessed_since_refresh = end <= self.now;
+    }
+
+    #[cfg(test)]
+    fn log_command(&mut self, command: &Command) {
+        use super::protocol::Issued;
+        let Command { at, action, bank, entry, .. } = *command;
+        let (burst, together) = (self.timings.burst, self.timings.ccd_l == self.timings.ccd_s);
+        let entry = self.banks[bank as usize].entries.get(entry as usize).copied();
+        match (action, entry) {
+            (Action::Column, Some(Entry { direction, row, bursts, .. })) => {
+                let count = if together { bursts } else { 1 };
+                let commands = (0..u64::from(count)).map(|number| at + number * burst);
+                self.log.extend(commands.map(|at| Issued::Column { at, bank, row, direction }));
+            }
+            (Action::Activate, Some(Entry { row, .. })) => self.log.push(Issued::Activate { at, bank, row }),
+            (Action::Precharge, _) => self.log.push(Issued::Precharge { at, bank }),
+            _ => {}
+        }
     }
 }

@@ -26,6 +26,8 @@ mod bank;
 mod fr_fcfs;
 mod ledger;
 mod miss_trace;
+#[cfg(test)]
+mod protocol;
 mod row_tally;
 mod sourced;
 mod standard;
