@@ -21,8 +21,8 @@
 //! ```
 //!
 //! # What is simulated, and what is not
-//! Of caches, contents, not time: there is no latency, no bank and no outstanding miss, and a line is there as soon as
-//! it was asked for. An access is counted per line, or per sector where a level has sectors. On a miss the
+//! Of caches, contents, not time: there is no latency, no bank and no outstanding miss, and a line is there
+//! as soon as it was asked for. An access is counted per line, or per sector where a level has sectors. On a miss the
 //! line is read from below first, then the evicted line's dirty data is written below. Levels are neither
 //! inclusive nor exclusive, and copies are not kept coherent.
 

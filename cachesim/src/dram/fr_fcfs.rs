@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 
 use super::address_map::Segment;
 use super::bank::{Action, Bank, Candidate, Direction, Entry, RowNeed};
+use super::command::{Best, Command, bits};
 use super::ledger::Ledger;
 use super::standard::DramStandard;
 use super::timings::DramTimings;
@@ -30,46 +31,6 @@ pub(super) struct ChannelStats {
     pub(super) busy: u64,
     pub(super) read_bursts: u64,
     pub(super) write_bursts: u64,
-}
-
-/// The next command, if nothing arrives before it. Ordered by what goes first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Command {
-    at: u64,
-    action: Action,
-    order: u64,
-    bank: u32,
-    entry: u32,
-}
-
-/// The first of the commands offered.
-struct Best(Option<Command>);
-
-impl Best {
-    #[inline]
-    fn offer(&mut self, at: u64, bank: u32, candidate: &Candidate) {
-        let Candidate { action, order, entry, .. } = *candidate;
-        let command = Command { at, action, order, bank, entry };
-        if self.0.is_none_or(|best| at < best.at || at == best.at && command < best) {
-            self.0 = Some(command);
-        }
-    }
-
-    #[inline]
-    fn later_than(&self, at: u64) -> bool {
-        self.0.is_none_or(|best| best.at > at)
-    }
-}
-
-/// The numbers of the set bits, in order.
-fn bits(mut set: u64) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        let bit = set.trailing_zeros();
-        (set != 0).then(|| {
-            set &= set - 1;
-            bit
-        })
-    })
 }
 
 /// Of a bank without entries.
@@ -244,7 +205,8 @@ impl Channel {
             self.next = self.plan();
             self.stale = false;
         }
-        debug_assert!(self.plan() == self.next, "the kept plan is not the plan");
+        #[cfg(test)]
+        assert!(self.plan() == self.next, "the kept plan is not the plan");
         self.next
     }
 
@@ -258,7 +220,8 @@ impl Channel {
         let [columns, precharges, activates] = self.active[side];
         let mut best = Best(None);
         for bank in bits(columns) {
-            best.offer(self.column_at(bank, side), bank, &self.candidates[side][bank as usize]);
+            let candidate = &self.candidates[side][bank as usize];
+            best.offer(self.column_at(candidate.ready, bank, side), bank, candidate);
         }
         if best.later_than(self.now) {
             for bank in bits(precharges) {
@@ -290,11 +253,7 @@ impl Channel {
         }
         let side = entry.direction as usize;
         let candidate = self.candidates[side][entry.bank as usize];
-        let at = match candidate.action {
-            Action::Column => self.column_at(entry.bank, side),
-            Action::Activate => self.activate_at(candidate.ready.max(self.activate_gate())),
-            Action::Precharge | Action::Refresh => candidate.ready.max(self.now),
-        };
+        let at = self.earliest(&candidate, entry.bank, side);
         let mut best = Best(Some(planned));
         best.offer(at, entry.bank, &candidate);
         self.next = best.0;
@@ -313,24 +272,25 @@ impl Channel {
                 _ => held.candidate(direction),
             };
             if let Some(candidate) = candidate {
-                let at = match candidate.action {
-                    Action::Column => self.gated_column(candidate.ready, bank, side),
-                    Action::Activate => self.activate_at(candidate.ready.max(self.activate_gate())),
-                    Action::Precharge | Action::Refresh => candidate.ready.max(self.now),
-                };
+                let at = self.earliest(&candidate, bank, side);
                 best.offer(at, bank, &candidate);
             }
         }
         best.0.map(|command| self.after_refresh(command))
     }
 
+    /// When the channel as a whole allows it.
     #[inline]
-    fn column_at(&self, bank: u32, side: usize) -> u64 {
-        self.gated_column(self.candidates[side][bank as usize].ready, bank, side)
+    fn earliest(&self, candidate: &Candidate, bank: u32, side: usize) -> u64 {
+        match candidate.action {
+            Action::Column => self.column_at(candidate.ready, bank, side),
+            Action::Activate => self.activate_at(candidate.ready.max(self.activate_gate())),
+            Action::Precharge | Action::Refresh => candidate.ready.max(self.now),
+        }
     }
 
     #[inline]
-    fn gated_column(&self, ready: u64, bank: u32, side: usize) -> u64 {
+    fn column_at(&self, ready: u64, bank: u32, side: usize) -> u64 {
         let group = &self.group_column[usize::from(self.group[bank as usize])];
         ready.max(self.column[side]).max(group[side]).max(self.now)
     }
@@ -409,7 +369,7 @@ impl Channel {
         let Command { at, action, bank, entry, .. } = command;
         self.now = at;
         #[cfg(test)]
-        self.log_command(&command);
+        super::protocol::log(&mut self.log, &command, &self.banks, &self.timings);
         let index = entry as usize;
         let held = &mut self.banks[bank as usize];
         match action {
@@ -495,23 +455,5 @@ impl Channel {
         self.refresh = number;
         // One that ended while nothing waited has kept nobody from an access.
         self.accessed_since_refresh = end <= self.now;
-    }
-
-    #[cfg(test)]
-    fn log_command(&mut self, command: &Command) {
-        use super::protocol::Issued;
-        let Command { at, action, bank, entry, .. } = *command;
-        let (burst, together) = (self.timings.burst, self.timings.ccd_l == self.timings.ccd_s);
-        let entry = self.banks[bank as usize].entries.get(entry as usize).copied();
-        match (action, entry) {
-            (Action::Column, Some(Entry { direction, row, bursts, .. })) => {
-                let count = if together { bursts } else { 1 };
-                let commands = (0..u64::from(count)).map(|number| at + number * burst);
-                self.log.extend(commands.map(|at| Issued::Column { at, bank, row, direction }));
-            }
-            (Action::Activate, Some(Entry { row, .. })) => self.log.push(Issued::Activate { at, bank, row }),
-            (Action::Precharge, _) => self.log.push(Issued::Precharge { at, bank }),
-            _ => {}
-        }
     }
 }

@@ -23,6 +23,7 @@
 
 mod address_map;
 mod bank;
+mod command;
 mod fr_fcfs;
 mod ledger;
 mod miss_trace;
@@ -69,6 +70,8 @@ pub struct DramConfig {
 }
 
 impl DramConfig {
+    /// Checks the figures that are not the standard's.
+    ///
     /// # Errors
     /// If a figure is out of its range.
     pub fn check(&self) -> Result<(), Error> {

@@ -4,6 +4,8 @@
 use proptest::prelude::*;
 
 use super::bank::Direction::{self, Read, Write};
+use super::bank::{Action, Bank, Entry};
+use super::command::Command;
 use super::{DRAM_STANDARDS, Done, Dram, DramConfig, DramStandard, DramTimings};
 
 /// A command on a channel, at its time.
@@ -16,6 +18,22 @@ pub(super) enum Issued {
 }
 
 use Issued::{Activate, Column, Precharge, Refresh};
+
+/// Appends a command that is about to be issued; refreshes log themselves.
+pub(super) fn log(log: &mut Vec<Issued>, command: &Command, banks: &[Bank], timings: &DramTimings) {
+    let Command { at, action, bank, entry, .. } = *command;
+    let entry = banks[bank as usize].entries.get(entry as usize).copied();
+    match (action, entry) {
+        (Action::Column, Some(Entry { direction, row, bursts, .. })) => {
+            let count = if timings.ccd_l == timings.ccd_s { bursts } else { 1 };
+            let commands = (0..u64::from(count)).map(|number| at + number * timings.burst);
+            log.extend(commands.map(|at| Column { at, bank, row, direction }));
+        }
+        (Action::Activate, Some(Entry { row, .. })) => log.push(Activate { at, bank, row }),
+        (Action::Precharge, _) => log.push(Precharge { at, bank }),
+        _ => {}
+    }
+}
 
 fn at(command: &Issued) -> u64 {
     match *command {
