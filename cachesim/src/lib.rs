@@ -2,7 +2,8 @@
 //!
 //! [`Levels`] describes caches and checks the description; [`Hierarchy`] simulates them, in order, and
 //! counts; [`AddressReader`] feeds it from files; [`StackDistances`] gives the misses of fully associative
-//! LRU caches of all sizes at once. [`synthetic`] makes streams to measure and check with.
+//! LRU caches of all sizes at once. [`Dram`] gives the time of what misses all caches, under an FR-FCFS
+//! controller, [`RowTally`] its row hits alone. [`synthetic`] makes streams to measure and check with.
 //!
 //! ```
 //! use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineId, LineSize, Policy, Ways};
@@ -20,8 +21,8 @@
 //! ```
 //!
 //! # What is simulated, and what is not
-//! Contents, not time: there is no latency, no bank and no outstanding miss, and a line is there as soon as
-//! it was asked for. An access is counted per line, or per sector where a level has sectors. On a miss the
+//! Of caches, contents, not time: there is no latency, no bank and no outstanding miss, and a line is there
+//! as soon as it was asked for. An access is counted per line, or per sector where a level has sectors. On a miss the
 //! line is read from below first, then the evicted line's dirty data is written below. Levels are neither
 //! inclusive nor exclusive, and copies are not kept coherent.
 

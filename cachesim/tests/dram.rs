@@ -5,7 +5,7 @@ use cachesim::{DRAM_STANDARDS, Done, Dram, DramConfig, DramStandard, DramTimings
 
 /// A channel of each standard at a data rate whose clock is a round number.
 const RATES: [(&str, f64); 3] =
-    [("lpddr4x", 4266.666_666_666_667), ("lpddr5", 6400.0), ("lpddr5x", 8533.333_333_333_334)];
+    [("lpddr4x", 12_800.0 / 3.0), ("lpddr5", 6400.0), ("lpddr5x", 25_600.0 / 3.0)];
 
 fn config(name: &str, mbps: f64, channels: u32, queue: u32) -> DramConfig {
     let standard = DramStandard::builtin(name).unwrap();

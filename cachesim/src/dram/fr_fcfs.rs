@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 
 use super::address_map::Segment;
 use super::bank::{Action, Bank, Candidate, Direction, Entry, RowNeed};
+use super::command::{Best, Command, bits};
 use super::ledger::Ledger;
 use super::standard::DramStandard;
 use super::timings::DramTimings;
@@ -32,16 +33,6 @@ pub(super) struct ChannelStats {
     pub(super) write_bursts: u64,
 }
 
-/// The next command, if nothing arrives before it. Ordered by what goes first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Command {
-    at: u64,
-    action: Action,
-    order: u64,
-    bank: u32,
-    entry: u32,
-}
-
 /// Of a bank without entries.
 const NO_CANDIDATE: Candidate =
     Candidate { ready: u64::MAX, order: u64::MAX, entry: 0, action: Action::Column };
@@ -51,16 +42,19 @@ const NO_CANDIDATE: Candidate =
 pub(super) struct Channel {
     timings: DramTimings,
     limits: Limits,
-    groups: u32,
+    /// By bank.
+    group: Vec<u8>,
     /// No command is issued before.
     now: u64,
     next: Option<Command>,
+    /// Of the data that `next` serves.
+    planned_direction: Direction,
     /// Something changed since `next` was found.
     stale: bool,
     waiting: VecDeque<Entry>,
     banks: Vec<Bank>,
-    /// By direction, the banks with entries, a bit each.
-    active: [u64; 2],
+    /// By direction and action, the banks with entries that want it, a bit each.
+    active: [[u64; 3]; 2],
     /// By direction, what each of those banks would do.
     candidates: [Vec<Candidate>; 2],
     /// No entry was seen earlier.
@@ -83,6 +77,9 @@ pub(super) struct Channel {
     accessed_since_refresh: bool,
     orders: u64,
     stats: ChannelStats,
+    /// What was issued, for [`super::protocol`].
+    #[cfg(test)]
+    pub(super) log: Vec<super::protocol::Issued>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -107,13 +104,14 @@ impl Channel {
         Self {
             timings,
             limits,
-            groups: organisation.bank_groups,
+            group: (0..organisation.banks).map(|bank| (bank % organisation.bank_groups) as u8).collect(),
             now: 0,
             next: None,
+            planned_direction: Direction::Read,
             stale: false,
             waiting: VecDeque::new(),
             banks: vec![Bank::new(); organisation.banks as usize],
-            active: [0; 2],
+            active: [[0; 3]; 2],
             candidates: [
                 vec![NO_CANDIDATE; organisation.banks as usize],
                 vec![NO_CANDIDATE; organisation.banks as usize],
@@ -131,6 +129,8 @@ impl Channel {
             accessed_since_refresh: true,
             orders: 0,
             stats: ChannelStats::default(),
+            #[cfg(test)]
+            log: Vec::new(),
         }
     }
 
@@ -156,7 +156,10 @@ impl Channel {
         self.orders += 1;
         let entry = Entry { order, seen: now, row, request, bursts, bank, direction, need };
         if self.seen[0] + self.seen[1] < self.limits.queue {
+            let planned = self.next.filter(|_| !self.stale);
             self.see(entry);
+            self.weigh_writes();
+            self.plan_after(planned, &entry);
         } else {
             self.waiting.push_back(entry);
         }
@@ -185,13 +188,12 @@ impl Channel {
     fn update(&mut self, number: u32) {
         let bank = &self.banks[number as usize];
         for direction in [Direction::Read, Direction::Write] {
-            let (active, side) = (&mut self.active[direction as usize], direction as usize);
-            match bank.candidate(direction) {
-                Some(candidate) => {
-                    self.candidates[side][number as usize] = candidate;
-                    *active |= 1 << number;
-                }
-                None => *active &= !(1 << number),
+            let side = direction as usize;
+            let active = &mut self.active[side];
+            active.iter_mut().for_each(|banks| *banks &= !(1 << number));
+            if let Some(candidate) = bank.candidate(direction) {
+                self.candidates[side][number as usize] = candidate;
+                active[candidate.action as usize] |= 1 << number;
             }
         }
         self.stale = true;
@@ -203,53 +205,111 @@ impl Channel {
             self.next = self.plan();
             self.stale = false;
         }
+        #[cfg(test)]
+        assert!(self.plan() == self.next, "the kept plan is not the plan");
         self.next
     }
 
     fn plan(&mut self) -> Option<Command> {
         let direction = self.direction();
+        self.planned_direction = direction;
+        if let Some(aged) = self.aged() {
+            return self.plan_with_aged(direction, aged);
+        }
         let side = direction as usize;
-        let activate = match self.any_activates {
-            4 => self.activate.max(self.activates[self.oldest_activate].saturating_add(self.timings.faw)),
-            _ => self.activate,
-        };
-        let due = self.next_refresh();
-        let aged = self.aged();
-        let mut best: Option<Command> = None;
-        let mut active = self.active[side];
-        while active != 0 {
-            let bank = active.trailing_zeros();
-            active &= active - 1;
-            let mut candidate = self.candidates[side][bank as usize];
-            if let Some(aged) = aged {
-                let held = &self.banks[bank as usize];
-                if held.entries[0].seen <= aged {
-                    if held.entries[0].direction != direction {
-                        continue;
-                    }
-                    candidate = held.candidate_for(0);
-                }
-            }
-            let Candidate { ready, order, entry, action } = candidate;
-            let at = match action {
-                Action::Column => {
-                    let group = &self.group_column[(bank % self.groups) as usize];
-                    ready.max(self.column[side]).max(group[side])
-                }
-                Action::Activate => {
-                    let at = ready.max(activate);
-                    // A row that could not be used before the refresh is opened after it.
-                    let used = at.max(self.now).saturating_add(self.timings.rcd);
-                    if used < due { at } else { at.max(due) }
-                }
-                Action::Precharge | Action::Refresh => ready,
-            };
-            let command = Command { at: at.max(self.now), action, order, bank, entry };
-            if best.is_none_or(|best| command < best) {
-                best = Some(command);
+        let [columns, precharges, activates] = self.active[side];
+        let mut best = Best(None);
+        for bank in bits(columns) {
+            let candidate = &self.candidates[side][bank as usize];
+            best.offer(self.column_at(candidate.ready, bank, side), bank, candidate);
+        }
+        if best.later_than(self.now) {
+            for bank in bits(precharges) {
+                let candidate = &self.candidates[side][bank as usize];
+                best.offer(candidate.ready.max(self.now), bank, candidate);
             }
         }
-        best.map(|command| self.after_refresh(command))
+        let gate = self.activate_gate();
+        if best.later_than(gate) {
+            for bank in bits(activates) {
+                let candidate = &self.candidates[side][bank as usize];
+                best.offer(self.activate_at(candidate.ready.max(gate)), bank, candidate);
+            }
+        }
+        best.0.map(|command| self.after_refresh(command))
+    }
+
+    /// Keeps the command planned before `entry` came where only this entry's bank can go before it.
+    #[inline]
+    fn plan_after(&mut self, planned: Option<Command>, entry: &Entry) {
+        let Some(planned) = planned.filter(|planned| planned.action != Action::Refresh) else { return };
+        let direction = self.direction();
+        if planned.bank == entry.bank || direction != self.planned_direction || self.aged().is_some() {
+            return;
+        }
+        self.stale = false;
+        if entry.direction != direction {
+            return;
+        }
+        let side = entry.direction as usize;
+        let candidate = self.candidates[side][entry.bank as usize];
+        let at = self.earliest(&candidate, entry.bank, side);
+        let mut best = Best(Some(planned));
+        best.offer(at, entry.bank, &candidate);
+        self.next = best.0;
+    }
+
+    /// As [`Self::plan`], where the oldest entry of some bank is past the age cap.
+    #[cold]
+    fn plan_with_aged(&self, direction: Direction, aged: u64) -> Option<Command> {
+        let side = direction as usize;
+        let mut best = Best(None);
+        for (bank, held) in (0..).zip(&self.banks) {
+            let candidate = match held.entries.first() {
+                Some(head) if head.seen <= aged => {
+                    (head.direction == direction).then(|| held.candidate_for(0))
+                }
+                _ => held.candidate(direction),
+            };
+            if let Some(candidate) = candidate {
+                let at = self.earliest(&candidate, bank, side);
+                best.offer(at, bank, &candidate);
+            }
+        }
+        best.0.map(|command| self.after_refresh(command))
+    }
+
+    /// When the channel as a whole allows it.
+    #[inline]
+    fn earliest(&self, candidate: &Candidate, bank: u32, side: usize) -> u64 {
+        match candidate.action {
+            Action::Column => self.column_at(candidate.ready, bank, side),
+            Action::Activate => self.activate_at(candidate.ready.max(self.activate_gate())),
+            Action::Precharge | Action::Refresh => candidate.ready.max(self.now),
+        }
+    }
+
+    #[inline]
+    fn column_at(&self, ready: u64, bank: u32, side: usize) -> u64 {
+        let group = &self.group_column[usize::from(self.group[bank as usize])];
+        ready.max(self.column[side]).max(group[side]).max(self.now)
+    }
+
+    /// Before it no bank activates.
+    #[inline]
+    fn activate_gate(&self) -> u64 {
+        let gate = self.activate.max(self.now);
+        match self.any_activates {
+            4 => gate.max(self.activates[self.oldest_activate].saturating_add(self.timings.faw)),
+            _ => gate,
+        }
+    }
+
+    /// A row that could not be used before the refresh is opened after it.
+    #[inline]
+    fn activate_at(&self, at: u64) -> u64 {
+        let due = self.next_refresh();
+        if at.saturating_add(self.timings.rcd) < due { at } else { at.max(due) }
     }
 
     /// Entries seen by this time are past the age cap; `None` if there is none.
@@ -284,13 +344,18 @@ impl Channel {
         match self.seen {
             [_, 0] => Direction::Read,
             [0, _] => Direction::Write,
-            [_, writes] => {
-                self.draining =
-                    writes >= if self.draining { self.limits.drain_to + 1 } else { self.limits.drain_from };
+            _ => {
                 let by_share = if self.draining { Direction::Write } else { Direction::Read };
                 self.oldest_aged().unwrap_or(by_share)
             }
         }
+    }
+
+    /// After a change to what is seen.
+    fn weigh_writes(&mut self) {
+        let writes = self.seen[Direction::Write as usize];
+        self.draining =
+            writes >= if self.draining { self.limits.drain_to + 1 } else { self.limits.drain_from };
     }
 
     /// The direction of the oldest entry seen, if it is past the age cap.
@@ -303,6 +368,8 @@ impl Channel {
     fn issue(&mut self, command: Command, ledger: &mut Ledger) {
         let Command { at, action, bank, entry, .. } = command;
         self.now = at;
+        #[cfg(test)]
+        super::protocol::log(&mut self.log, &command, &self.banks, &self.timings);
         let index = entry as usize;
         let held = &mut self.banks[bank as usize];
         match action {
@@ -341,7 +408,7 @@ impl Channel {
         let last = at.saturating_add(burst.saturating_mul(u64::from(bursts - 1)));
         bank.access(last, direction, &self.timings);
 
-        let group = &mut self.group_column[(number % self.groups) as usize];
+        let group = &mut self.group_column[usize::from(self.group[number as usize])];
         let (same, other) = (direction as usize, 1 - direction as usize);
         let later = |wait: u64| last.saturating_add(wait);
         let (turn, turn_same_group, latency) = match direction {
@@ -358,21 +425,21 @@ impl Channel {
         group[other] = group[other].max(later(turn_same_group));
 
         self.accessed_since_refresh = true;
-        self.stale = true;
         self.stats.busy = self.stats.busy.saturating_add(burst.saturating_mul(u64::from(bursts)));
         match direction {
             Direction::Read => self.stats.read_bursts += u64::from(bursts),
             Direction::Write => self.stats.write_bursts += u64::from(bursts),
         }
-        if rest == 0 {
-            let entry = bank.remove(index);
-            self.update(number);
+        let served = (rest == 0).then(|| bank.remove(index));
+        self.update(number);
+        if let Some(entry) = served {
             self.seen[same] -= 1;
             self.stats.rows.count(entry.need);
             ledger.served(entry.request, later(latency.saturating_add(burst)));
             if let Some(waiting) = self.waiting.pop_front() {
                 self.see(Entry { seen: at, ..waiting });
             }
+            self.weigh_writes();
         }
     }
 
@@ -382,6 +449,8 @@ impl Channel {
         let end = quiet.unwrap_or(0).max(due).saturating_add(self.timings.rfc);
         self.banks.iter_mut().for_each(|bank| bank.refreshed(end));
         (0..self.banks.len() as u32).for_each(|bank| self.update(bank));
+        #[cfg(test)]
+        self.log.push(super::protocol::Issued::Refresh { start: end - self.timings.rfc, end });
         self.stats.refreshes += number - self.refresh;
         self.refresh = number;
         // One that ended while nothing waited has kept nobody from an access.

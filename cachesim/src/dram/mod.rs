@@ -23,9 +23,12 @@
 
 mod address_map;
 mod bank;
+mod command;
 mod fr_fcfs;
 mod ledger;
 mod miss_trace;
+#[cfg(test)]
+mod protocol;
 mod row_tally;
 mod sourced;
 mod standard;
@@ -67,6 +70,8 @@ pub struct DramConfig {
 }
 
 impl DramConfig {
+    /// Checks the figures that are not the standard's.
+    ///
     /// # Errors
     /// If a figure is out of its range.
     pub fn check(&self) -> Result<(), Error> {
