@@ -33,7 +33,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let seconds = start.elapsed().as_secs_f64();
                 found.push((estimate(&replayed, source.header(), source.topology(), &config), seconds));
             }
-            let of = |place: usize, id: &str| found[place].0.frame.get(id).and_then(Value::number).unwrap_or(0.0);
+            let of =
+                |place: usize, id: &str| found[place].0.frame.get(id).and_then(Value::number).unwrap_or(0.0);
             let error = |id: &str| of(0, id) / of(1, id) - 1.0;
             let (time, dram) = (error("frame_time_ms"), error("dram_read_bytes"));
             errors.push(time);

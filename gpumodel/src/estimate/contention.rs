@@ -9,7 +9,7 @@
 use super::bounds::Demand;
 use crate::config::{CacheRole, Gpu};
 use crate::counters::PassCounters;
-use crate::queueing::{Network, Part, Solution, Station, solve};
+use crate::queueing::{Network, NetworkError, Part, Solution, Station, solve};
 use crate::timed::servers;
 use crate::windows::Window;
 use cachesim::MAX_LEVELS;
@@ -34,6 +34,10 @@ pub struct StackPart {
     pub seconds: f64,
 }
 
+/// Place of the load/store port among the stations.
+const PORT: usize = 2;
+/// How well the time that the port is held up is known, as a part of the time that it works.
+const HOLD_TOLERANCE: f64 = 1e-6;
 /// Time that nothing but the distance causes.
 const LATENCY: &str = "latency";
 
@@ -50,7 +54,7 @@ impl Phase<'_> {
     pub(super) fn contended(&self, windows: &[Window]) -> Contended {
         let mut result = Contended::default();
         for window in windows {
-            let Ok(solution) = solve(&self.network(window)) else { continue };
+            let Ok(solution) = self.solve(window) else { continue };
             let cores = window.turns as f64 / window.ticks as f64;
             let seconds = window.turns as f64 / (solution.throughput * cores);
             result.seconds += seconds;
@@ -60,8 +64,30 @@ impl Phase<'_> {
         result
     }
 
-    /// The network of one core during a window; times are of one turn.
-    fn network(&self, window: &Window) -> Network {
+    /// The network of a window in which the port of a core is held up by lines that wait for a free place in flight.
+    ///
+    /// The longer the port is held, the lower the throughput, and the shorter the wait for a place: so there is one time for
+    /// which both agree, between none and the wait at the throughput of a port that is not held up. It is bracketed and halved.
+    fn solve(&self, window: &Window) -> Result<Solution, NetworkError> {
+        let (mut network, in_flight) = self.network(window);
+        let free = network.stations[PORT].demand;
+        let mut solution = solve(&network)?;
+        let (mut low, mut high) = (0.0, in_flight.wait(solution.throughput));
+        while high - low > HOLD_TOLERANCE * (free + low) {
+            let held = low.midpoint(high);
+            network.stations[PORT].demand = free + held;
+            solution = solve(&network)?;
+            if in_flight.wait(solution.throughput) > held {
+                low = held;
+            } else {
+                high = held;
+            }
+        }
+        Ok(solution)
+    }
+
+    /// The network of one core during a window, and the lines that it has in flight; times are of one turn.
+    fn network(&self, window: &Window) -> (Network, InFlight) {
         let Self { counters: PassCounters { issue, .. }, demand, path, gpu } = self;
         let turns = issue.turns.max(1) as f64;
         let window_turns = window.turns as f64;
@@ -106,33 +132,38 @@ impl Phase<'_> {
         let repeats = issue.line_accesses as f64 / issue.line_requests.max(1) as f64;
         let lines =
             path.first().map_or(0.0, |&first| window.levels[first].accesses as f64 / repeats.max(1.0));
-        let (line_cycles, turn_cycles) = self.waits(window, lines);
-        let burst = per_wait(lines);
-        let of_lines = line_cycles * lines / window_turns / gpu.clock.hz;
-        stations.push(Station {
-            servers: gpu.load_store.lines_in_flight,
-            burst,
-            ..single(LATENCY, of_lines)
-        });
-        let beyond = (turn_cycles - line_cycles).max(0.0) * waits / window_turns;
-        Network {
+        let (line_cycles, squares, turn_cycles) = self.waits(window, lines);
+        let network = Network {
             customers: (window.warp_ticks as f64 / window_turns).max(1.0),
-            think_time: beyond / gpu.clock.hz,
+            think_time: turn_cycles * waits / window_turns / gpu.clock.hz,
             stations,
-        }
+        };
+        let in_flight = InFlight {
+            places: f64::from(gpu.load_store.lines_in_flight),
+            lines: lines / window_turns,
+            latency: line_cycles / gpu.clock.hz,
+            variability: (squares / (line_cycles * line_cycles) - 1.0).max(0.0),
+        };
+        (network, in_flight)
     }
 
-    /// Cycles that a line is on its way, and that a turn waits, with nothing else on the way.
-    fn waits(&self, window: &Window, lines: f64) -> (f64, f64) {
+    /// Cycles that a line is on its way, their mean square, and cycles that a turn waits, with nothing else on the way.
+    fn waits(&self, window: &Window, lines: f64) -> (f64, f64, f64) {
         let Self { path, gpu, .. } = self;
-        let mut line_cycles = gpu.latency_cycles(path, 0);
-        for (place, &level) in path.iter().enumerate() {
-            let beyond = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
-            line_cycles += (window.levels[level].misses as f64 / lines.max(1.0)).min(1.0) * beyond;
+        let (mut line_cycles, mut squares) = (0.0, 0.0);
+        let mut arriving = 1.0;
+        for place in 0..=path.len() {
+            let cycles = gpu.latency_cycles(path, place);
+            let passing =
+                path.get(place).map_or(0.0, |&level| window.levels[level].misses as f64 / lines.max(1.0));
+            let passing = passing.min(arriving);
+            line_cycles += (arriving - passing) * cycles;
+            squares += (arriving - passing) * cycles * cycles;
+            arriving = passing;
         }
         let sampled: u64 = window.waits.from.iter().sum();
         if sampled == 0 {
-            return (line_cycles, line_cycles);
+            return (line_cycles, squares, line_cycles);
         }
         let of = |(level, &turns): (usize, &u64)| {
             let on_path = path.iter().position(|&on_path| on_path == level);
@@ -140,7 +171,37 @@ impl Phase<'_> {
             turns as f64 * gpu.latency_cycles(path, place)
         };
         let turn_cycles = window.waits.from.iter().enumerate().map(of).sum::<f64>() / sampled as f64;
-        (line_cycles, turn_cycles)
+        (line_cycles, squares, turn_cycles)
+    }
+}
+
+/// Lines of a core on their way, of which there are so many at most.
+struct InFlight {
+    places: f64,
+    /// Lines of a turn.
+    lines: f64,
+    /// Mean seconds that a line is on its way.
+    latency: f64,
+    /// Squared coefficient of variation of these.
+    variability: f64,
+}
+
+impl InFlight {
+    /// If the port is held up for as long, turns are so few that their lines wait less.
+    fn longest_wait(&self) -> f64 {
+        self.lines * self.latency * (4.0 + self.variability)
+    }
+
+    /// Seconds that the lines of a turn wait for a free place, at so many turns per second: the formula of Allen and Cunneen
+    /// with the approximation of Sakasegawa 1977 for many servers.
+    fn wait(&self, turns_per_second: f64) -> f64 {
+        let Self { places, lines, latency, variability } = *self;
+        let load = turns_per_second * lines * latency / places;
+        if load >= 1.0 {
+            return self.longest_wait();
+        }
+        let waiting = load.powf((2.0 * (places + 1.0)).sqrt() - 1.0) / (places * (1.0 - load));
+        (lines * latency * 0.5 * (1.0 + variability) * waiting).min(self.longest_wait())
     }
 }
 
