@@ -78,7 +78,14 @@ pub const COUNTERS: &[CounterInfo] = &[
         "times that a traversal began again above the node it had reached",
         "",
     ),
-    row("fragments", "Fragments", SHADERS, "fragments", "pixels of the frame, or rays of a list", ""),
+    row(
+        "fragments",
+        "Fragments",
+        SHADERS,
+        "fragments",
+        "pixels of the frame, or rays of a list; the same for all passes",
+        "",
+    ),
     row("warps", "Warps", SHADERS, "warps", "warps run, of all passes", ""),
     row(
         "vertices",

@@ -56,7 +56,7 @@ impl PassValues<'_> {
             "primitive_tests" => self.of_rays(Value::Count(issue.primitive_tests)),
             "primitive_tests_per_ray" => Value::ratio(issue.primitive_tests as f64, rays, NO_RAYS),
             "restarts" => self.restarts(),
-            "fragments" => self.of_frame(|| Value::Count(self.frame.header.frame.rays())),
+            "fragments" => Value::Count(self.frame.header.frame.rays()),
             "warps" => self.of_frame(|| Value::Count(self.frame.replayed.counters.schedule.warps)),
             "vertices" if issue.vertices > 0 => Value::Count(issue.vertices),
             "vertices" => Value::absent(NO_VERTICES),

@@ -85,7 +85,7 @@ impl Expression {
     /// Why there is no figure: what `value` says of a name, or a division by zero, or a figure beyond what a number can hold.
     pub(super) fn evaluate(&self, value: impl Fn(&str) -> Result<f64, String>) -> Result<f64, String> {
         let mut stack: Vec<f64> = Vec::new();
-        let mut pop = |stack: &mut Vec<f64>| stack.pop().expect("operands stand before their operator");
+        let pop = |stack: &mut Vec<f64>| stack.pop().expect("operands stand before their operator");
         for step in &self.steps {
             let result = match step {
                 Step::Number(number) => *number,

@@ -138,19 +138,21 @@ impl Profiler {
         })?;
         let mut counters: Vec<VendorInfo> = Vec::new();
         for raw in raw.counters {
-            let at = raw.name.span().start;
-            let name = raw.name.into_inner();
+            let RawCounter { name, group, unit, definition, source, hardware, gpus, note, formula, absent } =
+                raw;
+            let at = name.span().start;
+            let name = name.into_inner();
             let refuse = |at: usize, problem: String, remedy: &str| {
                 Error::at_line(file, line(at), format!("counter '{name}': {problem}"), remedy)
             };
-            if [&name, &raw.group, &raw.definition, &raw.source].iter().any(|text| text.trim().is_empty()) {
+            if [&name, &group, &definition, &source].iter().any(|text| text.trim().is_empty()) {
                 let problem = "has an empty name, group, definition or source".to_owned();
                 return Err(refuse(at, problem, "say what it is and where that is published"));
             }
             if counters.iter().any(|other| other.name == name) {
                 return Err(refuse(at, "is there twice".to_owned(), "take one of them out"));
             }
-            let formula = match (raw.formula, raw.absent) {
+            let formula = match (formula, absent) {
                 (Some(text), None) => known(text.get_ref())
                     .map(Formula::Known)
                     .map_err(|problem| refuse(text.span().start, problem, "correct its formula"))?,
@@ -160,8 +162,6 @@ impl Profiler {
                     return Err(refuse(at, problem, "give one of the two"));
                 }
             };
-            let RawCounter { group, unit, definition, source, hardware, gpus, note, .. } =
-                RawCounter { name: Spanned::new(0..0, String::new()), formula: None, absent: None, ..raw };
             counters.push(VendorInfo {
                 name,
                 hardware,
@@ -203,4 +203,79 @@ fn known(text: &str) -> Result<KnownFormula, String> {
         ));
     }
     Ok(KnownFormula { text: text.to_owned(), expression })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = r#"
+profiler = "P"
+family = "mali"
+
+[[counter]]
+name = "Rays"
+group = "G"
+unit = "rays"
+definition = "rays"
+source = "a page"
+formula = "2 * rays / cores"
+"#;
+
+    fn refused(from: &str, to: &str) -> String {
+        assert!(GOOD.contains(from), "{from}");
+        Profiler::parse(&GOOD.replacen(from, to, 1), "p.toml").expect_err(to).to_string()
+    }
+
+    #[test]
+    fn the_files_of_the_program_are_sound() {
+        let profilers = Profiler::all().expect("sound");
+        let names: Vec<(&str, usize)> =
+            profilers.iter().map(|profiler| (profiler.name.as_str(), profiler.counters.len())).collect();
+        assert_eq!(names, [("Snapdragon Profiler", 42), ("Streamline", 72)]);
+        for profiler in &profilers {
+            let groups = profiler.groups();
+            let in_order: Vec<&str> =
+                profiler.counters.iter().map(|counter| counter.group.as_str()).collect();
+            assert!(in_order.is_sorted_by_key(|group| groups.iter().position(|known| known == group)));
+        }
+        assert_eq!(Profiler::of(Family::Other), Ok(None));
+    }
+
+    #[test]
+    fn a_file_that_makes_no_sense_is_refused_with_its_line_and_remedy() {
+        Profiler::parse(GOOD, "p.toml").expect("sound as it is");
+        let again = GOOD.split_once("[[counter]]").expect("a counter").1;
+        for (from, to, expected) in [
+            ("family = \"mali\"", "family = \"voodoo\"", "p.toml:3: "),
+            ("group = ", "grupp = ", "grupp"),
+            ("definition = \"rays\"", "definition = \" \"", "p.toml:6: counter 'Rays': has an empty"),
+            ("formula = ", "absent = \"why\"\nformula = ", "either a formula or the reason"),
+            ("formula = \"2 * rays / cores\"", "absent = \"\"", "either a formula or the reason"),
+            ("formula = \"2 * rays / cores\"", "", "either a formula or the reason"),
+            (
+                "2 * rays",
+                "2 * raise",
+                "p.toml:11: counter 'Rays': '2 * raise / cores': 'raise' is neither a counter",
+            ),
+            ("2 * rays", "2 ** rays", "expected a number, a name, a sign or '(' at character 4"),
+            ("[[counter]]", &format!("[[counter]]{again}[[counter]]"), "counter 'Rays': is there twice"),
+        ] {
+            let message = refused(from, to);
+            assert!(
+                message.contains(expected) && message.starts_with("p.toml") && message.contains("; "),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_counter_in_another_unit_is_a_rename() {
+        let renames = |formula: &str| known(formula).expect("a formula").renames().map(str::to_owned);
+        assert_eq!(renames("rays").as_deref(), Some("rays"));
+        assert_eq!(renames("100 * l2_miss_ratio").as_deref(), Some("l2_miss_ratio"));
+        assert_eq!(renames("rays / (frame_time_ms / 1000)"), None);
+        assert_eq!(renames("clock_hz"), None);
+        assert_eq!(renames("1"), None);
+    }
 }

@@ -124,7 +124,9 @@ impl<'de> Deserialize<'de> for VendorCounter {
             },
             (None, Some(reason)) => Value::Absent { reason },
             _ => {
-                return Err(D::Error::custom("a counter has either a figure or the reason why there is none"));
+                return Err(D::Error::custom(
+                    "a counter has either a figure or the reason why there is none",
+                ));
             }
         };
         Ok(Self { value, unit, formula })
