@@ -170,7 +170,7 @@ fn vendor_groups(view: &VendorView, profiler: &Profiler) -> Vec<Group> {
             let figure = pass.counters.get(&info.name).copied().flatten();
             let value = match (figure, value) {
                 // A count of the frame is one of its passes too.
-                (Some(figure), Value::Count(_)) => Value::Count(figure as u64),
+                (Some(figure), Value::Count(_)) if figure.fract() == 0.0 => Value::Count(figure as u64),
                 (Some(figure), _) => Value::Real(figure),
                 (None, _) => Value::Absent { reason: String::new() },
             };

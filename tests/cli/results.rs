@@ -112,7 +112,10 @@ fn the_list_of_counters_gives_each_its_unit_formula_and_denominator() {
         }
     }
     let csv = raybudget(["list", "counters", "--format", "csv"]).ok();
-    assert_eq!(csv.lines().next(), Some("counter,name,group,unit,denominator,formula"));
+    assert_eq!(
+        csv.lines().next(),
+        Some("counter,name,group,unit,denominator,formula,profiler,definition,absent")
+    );
 }
 
 #[test]

@@ -75,6 +75,11 @@ impl PassValues<'_> {
             "sp_memory_read_bytes_per_second" => self.per_second(self.shader_reads() as f64),
             "texture_memory_read_bytes" => memory_reads(self.pass.traffic.image, "no texture is read"),
             "vertex_memory_read_bytes" => memory_reads(self.pass.traffic.vertex, NO_VERTICES),
+            "external_read_bytes" => self.external(Value::Count(dram_reads)),
+            "load_store_external_read_bytes" => self.external(Value::Count(self.buffers().dram_read_bytes)),
+            "texture_external_read_bytes" => {
+                self.external(memory_reads(self.pass.traffic.image, "no texture is read"))
+            }
             "dram_read_bytes" => Value::Count(dram_reads),
             "dram_write_bytes" => {
                 Value::Count(traffic.dram_write_bytes + issue.output_bytes + issue.bin_list_bytes / 2)
@@ -141,6 +146,14 @@ impl PassValues<'_> {
     /// Traffic of all that is no image.
     fn buffers(&self) -> BufferTraffic {
         TrafficCounters { image: BufferTraffic::default(), ..self.pass.traffic }.total()
+    }
+
+    /// What memory counts is what the GPU's own caches ask for, if no cache of the chip stands between.
+    fn external(&self, of_memory: Value) -> Value {
+        if self.frame.config.gpu.caches.iter().any(|cache| cache.role == CacheRole::Slc) {
+            return Value::absent("the system cache counts what it is read and what it is written together");
+        }
+        of_memory
     }
 
     fn level(&self, role: CacheRole, traffic: &BufferTraffic, value: fn(u64, u64) -> Value) -> Value {

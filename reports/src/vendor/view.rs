@@ -1,5 +1,6 @@
 //! The values of a profiler's counters in one report.
 
+use super::expression::Expression;
 use super::figures;
 use super::profiler::{Formula, Profiler, VendorInfo};
 use crate::counters::{Counters, Value};
@@ -87,9 +88,18 @@ fn value(info: &VendorInfo, counters: &Counters, gpu: &Gpu) -> Value {
         None => figures::value(gpu, name),
     };
     match formula.evaluate(named) {
+        Ok(figure) if is_count(formula, counters, figure) => Value::Count(figure as u64),
         Ok(figure) => Value::Real(figure),
         Err(reason) => Value::Absent { reason },
     }
+}
+
+/// Whether a whole number was made of counts only.
+fn is_count(formula: &Expression, counters: &Counters, figure: f64) -> bool {
+    const EXACT: f64 = (1_u64 << 53) as f64;
+    let mut ours = formula.names().filter_map(|name| counters.get(name)).peekable();
+    let whole = figure.fract() == 0.0 && (0.0..=EXACT).contains(&figure);
+    whole && ours.peek().is_some() && ours.all(|counter| matches!(counter.value, Value::Count(_)))
 }
 
 /// The counter as it stands in JSON: `value` is null exactly where `reason` is there.
