@@ -40,7 +40,7 @@ fn every_printed_counter_has_its_formula_in_the_list_on_every_gpu() {
 fn adrenos_speak_snapdragon_profiler_and_malis_streamline() {
     let text = |gpu| raybudget(profile(gpu, "text")).ok();
     let (adreno, mali, neither) = (text("adreno-540"), text("mali-g715"), text("vulkan-sim-mobile"));
-    for name in ["GPU % Bus Busy", "% Shaders Busy", "ALU / Fragment", "% Wave Context Occupancy"] {
+    for name in ["GPU % Bus Busy", "% Shaders Busy", "% Time ALUs Working", "% Wave Context Occupancy"] {
         assert!(printed(&adreno).contains(&name), "{name}: {adreno}");
         assert!(!mali.contains(name) && !neither.contains("% Shaders Busy"), "{name}");
     }
