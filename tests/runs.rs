@@ -88,8 +88,11 @@ fn buffers_can_take_the_way_of_images_on_adrenos_whose_driver_may_do_so() {
         let as_buffers = profile("cornell", tracer::Traversal::BvhStack, &["--gpu", gpu]);
         assert!(as_images["counters"]["l1_accesses"]["value"].as_u64() > Some(0), "{gpu}");
         assert!(as_buffers["counters"]["l1_accesses"]["reason"].is_string(), "{gpu}");
-        let l2 = |report: &Value| report["counters"]["l2_accesses"]["value"].as_u64().expect("a count");
-        assert!(l2(&as_images) < l2(&as_buffers), "{gpu}: the first level takes some of the accesses");
+        // Behind a cluster cache, the second level sees little of either.
+        if !path.contains("cluster") {
+            let l2 = |report: &Value| report["counters"]["l2_accesses"]["value"].as_u64().expect("a count");
+            assert!(l2(&as_images) < l2(&as_buffers), "{gpu}: the first level takes some of the accesses");
+        }
     }
 }
 

@@ -93,10 +93,13 @@ fn trail(inputs: &Inputs) -> String {
     if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) }
 }
 
-/// Counters under one title: names, and a figure with its unit for the frame and each pass.
+/// A figure and its unit; none where there is not even a reason for its absence.
+type Cell = Option<(Value, String)>;
+
+/// Counters under one title: names, and a cell for the frame and each pass.
 struct Group {
     title: String,
-    rows: Vec<(String, Vec<Option<(Value, String)>>)>,
+    rows: Vec<(String, Vec<Cell>)>,
 }
 
 fn counters(out: &mut String, report: &Report, style: Style) {
@@ -188,7 +191,7 @@ fn vendor_groups(view: &VendorView, profiler: &Profiler) -> Vec<Group> {
     profiler.groups().into_iter().map(group).filter(|group| !group.rows.is_empty()).collect()
 }
 
-fn cell(figure: &Option<(Value, String)>) -> String {
+fn cell(figure: &Cell) -> String {
     let Some((value, unit)) = figure else {
         return " ".repeat(NUMBER_WIDTH + 1 + UNIT_WIDTH);
     };
