@@ -70,15 +70,17 @@ impl VendorView {
 
 /// A counter of ours that is passed on as it is keeps its exact count.
 fn value(info: &VendorInfo, counters: &Counters, gpu: &Gpu) -> Value {
-    let formula = match &info.formula {
+    let known = match &info.formula {
         Formula::Absent { reason } => return Value::Absent { reason: reason.clone() },
-        Formula::Known(formula) => &formula.expression,
+        Formula::Known(known) => known,
     };
+    let formula = &known.expression;
     if let Some(counter) = formula.only_name().and_then(|name| counters.get(name)) {
         return counter.value.clone();
     }
     let named = |name: &str| match counters.get(name) {
         Some(counter) => match &counter.value {
+            Value::Absent { reason } if known.renames() == Some(name) => Err(reason.clone()),
             Value::Absent { reason } => {
                 let title = units::counter_info(name).map_or(name, |info| info.name);
                 Err(format!("{title}: {reason}"))
