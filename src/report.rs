@@ -6,6 +6,7 @@ use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
 use crate::progress::Progress;
 use gpumodel::{HeatMaps, Maps, PrimitiveOrder, Replayed};
+use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
 use std::path::Path;
 use tracer::{Frame, Omission, SceneRemarks, TileSource, TraceHeader};
@@ -51,6 +52,7 @@ pub(crate) fn answers<S: TileSource>(
 ) -> anyhow::Result<Vec<Answer>> {
     let header = source.header();
     let configs: Vec<_> = machines.iter().map(|machine| machine.config.clone()).collect();
+    let profilers = Profiler::all()?;
     let progress = Progress::tiles("tracing and replaying", u64::from(header.frame.tiles()));
     let (replayed, replay_s) =
         timed(|| gpumodel::replay_all(source, &configs, maps, &|done, _| progress.set(done)));
@@ -77,7 +79,10 @@ pub(crate) fn answers<S: TileSource>(
             build_s: before.build_s,
             replay_s,
         };
-        let report = Report::new(TOOL, inputs(header, machine), scene, &estimate, run);
+        let mut report = Report::new(TOOL, inputs(header, machine), scene, &estimate, run);
+        let gpu = &machine.config.gpu;
+        let profiler = profilers.iter().find(|profiler| profiler.family == gpu.identity.family);
+        report.vendor = profiler.map(|profiler| VendorView::new(profiler, &report, gpu));
         Answer { report, replayed }
     };
     Ok(machines.iter().zip(replayed?).map(of_machine).collect())

@@ -226,10 +226,14 @@ fn every_counter_is_a_number_or_says_why_not() {
 #[test]
 fn the_counters_are_the_agreed_ones() {
     let agreed = "frame_time_ms fps rays mrays_per_second structure_nodes structure_bytes node_fetches \
-        node_fetches_per_ray node_fetches_per_pixel primitive_tests primitive_tests_per_ray restarts alu_per_fragment \
+        node_fetches_per_ray node_fetches_per_pixel primitive_tests primitive_tests_per_ray restarts fragments \
+        warps vertices alu_operations alu_operations_issued efu_operations efu_operations_issued memory_instructions \
+        load_store_cycles alu_per_fragment \
         alu_issued_per_fragment efu_per_fragment simt_efficiency occupancy sp_memory_read_bytes \
-        sp_memory_read_bytes_per_second texture_memory_read_bytes vertex_memory_read_bytes dram_read_bytes dram_write_bytes l1_accesses \
-        l1_misses l2_accesses l2_misses l1_miss_ratio l2_miss_ratio shader_alu_capacity_utilized time_alus_working \
+        sp_memory_read_bytes_per_second texture_memory_read_bytes vertex_memory_read_bytes external_read_bytes \
+        load_store_external_read_bytes texture_external_read_bytes dram_read_bytes dram_write_bytes l1_accesses \
+        l1_misses l2_accesses l2_misses load_store_l2_accesses load_store_l2_misses texture_l2_accesses texture_l2_misses \
+        l1_miss_ratio l2_miss_ratio shader_alu_capacity_utilized time_alus_working \
         shaders_busy stalled_on_system_memory avg_bytes_per_fragment energy_mj power_mw";
     assert!(COUNTERS.iter().map(|counter| counter.id).eq(agreed.split_whitespace()));
     for counter in COUNTERS {

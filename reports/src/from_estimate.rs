@@ -14,7 +14,7 @@ pub struct SceneFacts {
 }
 
 impl Report {
-    /// The report of `estimate`, which `run.fidelity` made.
+    /// The report of `estimate`, which `run.fidelity` made, without a profiler's view.
     pub fn new(tool: &str, inputs: Inputs, scene: SceneFacts, estimate: &Estimate, run: Run) -> Self {
         let from = run.fidelity;
         let model = estimate
@@ -38,6 +38,7 @@ impl Report {
                     counters: counters(&pass.counters, from),
                 })
                 .collect(),
+            vendor: None,
             bounds: estimate
                 .bounds
                 .iter()

@@ -1,6 +1,7 @@
 //! What a report says. The field names and their nesting are the JSON form, schema 1.
 
 use crate::counters::{Counters, Fidelity};
+use crate::vendor::VendorView;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form. It changes when a field changes its meaning or goes; new fields keep it.
@@ -25,6 +26,9 @@ pub struct Report {
     pub counters: Counters,
     /// The passes, in the order in which the GPU would run them.
     pub passes: Vec<Pass>,
+    /// The counters as the profiler of the GPU's maker names them, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vendor: Option<VendorView>,
     /// Lower bounds of the frame time, one for each resource.
     #[serde(default)]
     pub bounds: Vec<Bound>,

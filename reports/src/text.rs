@@ -1,10 +1,12 @@
-//! The report as a profiler's counter list: groups of counters, one column for the frame and one for each pass; then
+//! The report as a profiler's counter list: groups of counters, under the names of the maker's profiler where there is one, one column for the
+//! frame and one for each pass; then
 //! the bounds, what was left out, what is an estimate, and what the run cost.
 
-use crate::counters::{Counter, Value};
+use crate::counters::{Counters, Value};
 use crate::report::{Bound, Buffer, Inputs, Report, Run};
 use crate::units;
-use gpumodel::{COUNTERS, CounterInfo};
+use crate::vendor::{Formula, Profiler, VendorCounter, VendorInfo, VendorPass, VendorView};
+use gpumodel::COUNTERS;
 use std::fmt::Write;
 
 /// Whether the text may hold terminal escapes.
@@ -91,58 +93,140 @@ fn trail(inputs: &Inputs) -> String {
     if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) }
 }
 
+/// A figure and its unit; none where there is not even a reason for its absence.
+type Cell = Option<(Value, String)>;
+
+/// Counters under one title: names, and a cell for the frame and each pass.
+struct Group {
+    title: String,
+    rows: Vec<(String, Vec<Cell>)>,
+}
+
 fn counters(out: &mut String, report: &Report, style: Style) {
-    let mut groups: Vec<&str> = COUNTERS.iter().map(|info| info.group).collect();
-    let mut seen = Vec::new();
-    groups.retain(|group| {
-        !seen.contains(group) && {
-            seen.push(group);
-            true
-        }
-    });
-    for group in groups {
-        let rows: Vec<&CounterInfo> = COUNTERS
-            .iter()
-            .filter(|info| info.group == group && report.counters.get(info.id).is_some())
-            .collect();
-        if rows.is_empty() {
-            continue;
-        }
+    let groups = groups(report);
+    let names = groups.iter().flat_map(|group| group.rows.iter().map(|(name, _)| name.chars().count()));
+    let name_width = names.max().unwrap_or(0).max(NAME_WIDTH - 4) + 4;
+    for Group { title, rows } in groups {
         line!(out);
-        let mut titles = format!("{group:<NAME_WIDTH$}{:>NUMBER_WIDTH$} {:<UNIT_WIDTH$}", "frame", "");
+        let mut titles = format!("{title:<name_width$}{:>NUMBER_WIDTH$} {:<UNIT_WIDTH$}", "frame", "");
         for pass in &report.passes {
             write!(titles, "{:>NUMBER_WIDTH$} {:<UNIT_WIDTH$}", pass.name, "")
                 .expect("a string takes every write");
         }
         line!(out, "{}", style.bold(titles.trim_end()));
-        for info in rows {
-            let passes = report.passes.iter().map(|pass| cell(pass.counters.get(info.id)));
-            let cells: String = std::iter::once(cell(report.counters.get(info.id))).chain(passes).collect();
-            line!(out, "{}", format!("  {:<width$}{cells}", info.name, width = NAME_WIDTH - 2).trim_end());
+        for (name, cells) in rows {
+            let cells: String = cells.iter().map(cell).collect();
+            line!(out, "{}", format!("  {name:<width$}{cells}", width = name_width - 2).trim_end());
         }
     }
 }
 
-fn cell(counter: Option<&Counter>) -> String {
-    let Some(counter) = counter else {
+/// What belongs to rays and to the frame comes first, then the profiler's groups where the report has such a view, then the rest of ours
+/// that the profiler does not only call otherwise.
+fn groups(report: &Report) -> Vec<Group> {
+    let view = vendor_view(report);
+    let renamed = view.as_ref().map(|(_, profiler)| renamed(profiler)).unwrap_or_default();
+    let mut ours: Vec<Group> = Vec::new();
+    for info in COUNTERS.iter().filter(|info| !renamed.contains(&info.id)) {
+        if report.counters.get(info.id).is_none() {
+            continue;
+        }
+        let of = |counters: &Counters| {
+            counters.get(info.id).map(|counter| (counter.value.clone(), counter.unit.clone()))
+        };
+        let cells =
+            std::iter::once(&report.counters).chain(report.passes.iter().map(|pass| &pass.counters)).map(of);
+        let row = (info.name.to_owned(), cells.collect());
+        match ours.iter_mut().find(|group| group.title == info.group) {
+            Some(group) => group.rows.push(row),
+            None => ours.push(Group { title: info.group.to_owned(), rows: vec![row] }),
+        }
+    }
+    if let Some((view, profiler)) = view {
+        let before = ours.len().min(2);
+        ours.splice(before..before, vendor_groups(view, &profiler));
+    }
+    ours
+}
+
+/// The profiler's view and the profiler, where this version knows it.
+fn vendor_view(report: &Report) -> Option<(&VendorView, Profiler)> {
+    let view = report.vendor.as_ref()?;
+    let profiler = Profiler::all().ok()?.into_iter().find(|profiler| profiler.name == view.profiler)?;
+    Some((view, profiler))
+}
+
+/// Our counters that the profiler only calls otherwise.
+fn renamed(profiler: &Profiler) -> Vec<&'static str> {
+    let renames = |info: &VendorInfo| match &info.formula {
+        Formula::Known(formula) => formula.renames().and_then(units::counter_info).map(|info| info.id),
+        Formula::Absent { .. } => None,
+    };
+    profiler.counters.iter().filter_map(renames).collect()
+}
+
+fn vendor_groups(view: &VendorView, profiler: &Profiler) -> Vec<Group> {
+    let row = |info: &VendorInfo| {
+        let VendorCounter { value, unit, .. } = view.counters.get(&info.name)?;
+        value.as_f64()?;
+        let of_pass = |pass: &VendorPass| {
+            let figure = pass.counters.get(&info.name).copied().flatten();
+            let value = match (figure, value) {
+                // A count of the frame is one of its passes too.
+                (Some(figure), Value::Count(_)) if figure.fract() == 0.0 => Value::Count(figure as u64),
+                (Some(figure), _) => Value::Real(figure),
+                (None, _) => Value::Absent { reason: String::new() },
+            };
+            Some((value, unit.clone()))
+        };
+        let cells =
+            std::iter::once(Some((value.clone(), unit.clone()))).chain(view.passes.iter().map(of_pass));
+        Some((info.name.clone(), cells.collect()))
+    };
+    let group = |title: &str| {
+        let rows: Vec<_> =
+            profiler.counters.iter().filter(|info| info.group == title).filter_map(row).collect();
+        Group { title: format!("{}: {title}", profiler.name), rows }
+    };
+    profiler.groups().into_iter().map(group).filter(|group| !group.rows.is_empty()).collect()
+}
+
+fn cell(figure: &Cell) -> String {
+    let Some((value, unit)) = figure else {
         return " ".repeat(NUMBER_WIDTH + 1 + UNIT_WIDTH);
     };
-    let (number, unit) = units::scaled(&counter.value, &counter.unit).unwrap_or(("-".into(), String::new()));
+    let (number, unit) = units::scaled(value, unit).unwrap_or(("-".into(), String::new()));
     format!("{number:>NUMBER_WIDTH$} {unit:<UNIT_WIDTH$}")
 }
 
 fn absent(out: &mut String, report: &Report, style: Style) {
-    let reasons: Vec<String> = report
-        .counters
-        .iter()
-        .filter_map(|(id, counter)| match &counter.value {
-            Value::Absent { reason } => {
-                Some(format!("{}: {reason}", units::counter_info(id).map_or(id, |info| info.name)))
-            }
+    let view = vendor_view(report);
+    let renamed = view.as_ref().map(|(_, profiler)| renamed(profiler)).unwrap_or_default();
+    let ours = report.counters.iter().filter(|(id, _)| !renamed.contains(id)).filter_map(|(id, counter)| {
+        match &counter.value {
+            Value::Absent { reason } => Some((units::counter_info(id).map_or(id, |info| info.name), reason)),
             _ => None,
-        })
-        .collect();
-    sentences(out, "Absent counters", &reasons, style);
+        }
+    });
+    sentences(out, "Absent counters", &by_reason(ours), style);
+    let Some((view, profiler)) = view else { return };
+    let theirs = profiler.counters.iter().filter_map(|info| match &view.counters.get(&info.name)?.value {
+        Value::Absent { reason } => Some((info.name.as_str(), reason)),
+        _ => None,
+    });
+    sentences(out, &format!("Absent counters of {}", profiler.name), &by_reason(theirs), style);
+}
+
+/// A sentence for each reason, with all counters that are absent for it.
+fn by_reason<'a>(absent: impl Iterator<Item = (&'a str, &'a String)>) -> Vec<String> {
+    let mut reasons: Vec<(&String, Vec<&str>)> = Vec::new();
+    for (name, reason) in absent {
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, names)) => names.push(name),
+            None => reasons.push((reason, vec![name])),
+        }
+    }
+    reasons.into_iter().map(|(reason, names)| format!("{}: {reason}", names.join(", "))).collect()
 }
 
 fn bounds(out: &mut String, bounds: &[Bound], deciding: Option<&str>, style: Style) {

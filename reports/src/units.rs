@@ -14,13 +14,15 @@ pub(crate) fn scale(unit: &str, largest: f64) -> (f64, &'static str) {
     const BINARY: [(f64, &str); 3] =
         [(1024.0 * 1024.0 * 1024.0, "GiB"), (1024.0 * 1024.0, "MiB"), (1024.0, "KiB")];
     const RATES: [(f64, &str); 3] = [(1e9, "GB/s"), (1e6, "MB/s"), (1e3, "kB/s")];
-    const MEASURES: [&str; 5] = ["ms", "1/s", "Mrays/s", "mJ", "mW"];
+    const OPERATIONS: [(f64, &str); 3] = [(1e9, "Gops/s"), (1e6, "Mops/s"), (1e3, "kops/s")];
+    const MEASURES: [&str; 6] = ["ms", "1/s", "Mrays/s", "mJ", "mW", "%"];
     let largest_step = |steps: [(f64, &'static str); 3], least: &'static str| {
         steps.into_iter().find(|(size, _)| largest >= *size).unwrap_or((1.0, least))
     };
     match unit {
         "B" => largest_step(BINARY, "B"),
         "B/s" => largest_step(RATES, "B/s"),
+        "ops/s" => largest_step(OPERATIONS, "ops/s"),
         "ratio" => (0.01, "%"),
         _ => (1.0, MEASURES.into_iter().find(|measure| *measure == unit).unwrap_or("")),
     }
@@ -146,6 +148,8 @@ mod tests {
     fn rates_are_decimal() {
         assert_eq!(shown(&Value::Real(29.8e9), "B/s"), "29.80 GB/s");
         assert_eq!(shown(&Value::Real(999.0), "B/s"), "999.0 B/s");
+        assert_eq!(shown(&Value::Real(96.04e9), "ops/s"), "96.04 Gops/s");
+        assert_eq!(shown(&Value::Real(12.5), "%"), "12.50 %");
     }
 
     #[test]

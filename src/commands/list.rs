@@ -3,7 +3,8 @@
 use crate::Outcome;
 use crate::args::{Format, ListArgs, Listed};
 use crate::console;
-use gpumodel::{COUNTERS, GPUS, Gpu, PrimitiveLayout, TECHNIQUES, Technique};
+use gpumodel::{COUNTERS, GPUS, Gpu, PrimitiveLayout, Provenance, TECHNIQUES, Technique};
+use reports::vendor::{Formula, GPU_FIGURES, Profiler, VendorInfo};
 use serde_json::{Map, Value};
 use tracer::Traversal;
 
@@ -16,7 +17,7 @@ struct Table {
 pub(crate) fn run(args: &ListArgs) -> anyhow::Result<Outcome> {
     let table = table(args.what)?;
     console::print(&match args.format {
-        Format::Text if args.what == Listed::Counters => counters_text(),
+        Format::Text if args.what == Listed::Counters => counters_text()?,
         Format::Text => table.text(),
         Format::Json => table.json(),
         Format::Csv => table.csv()?,
@@ -41,9 +42,13 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                     known.driver.to_string(),
                     known.aggregator.to_string(),
                     known.estimate.to_string(),
+                    share_known(known),
                 ]);
             }
-            table(&["gpu", "description", "measured", "vendor", "driver", "aggregator", "estimate"], rows)
+            table(
+                &["gpu", "description", "measured", "vendor", "driver", "aggregator", "estimate", "known"],
+                rows,
+            )
         }
         Listed::Scenes => table(
             &["scene", "triangles", "description"],
@@ -61,24 +66,7 @@ fn table(what: Listed) -> anyhow::Result<Table> {
             }
             table(&["technique", "passes", "description"], rows)
         }
-        Listed::Counters => table(
-            &["counter", "name", "group", "unit", "denominator", "formula"],
-            COUNTERS
-                .iter()
-                .map(|counter| {
-                    [
-                        counter.id,
-                        counter.name,
-                        counter.group,
-                        counter.unit,
-                        counter.denominator,
-                        counter.formula,
-                    ]
-                    .map(str::to_owned)
-                    .to_vec()
-                })
-                .collect(),
-        ),
+        Listed::Counters => counters_table()?,
         Listed::Traversals => table(
             &["accel", "traversal", "nodes per fetch", "stack"],
             Traversal::ALL
@@ -127,8 +115,46 @@ fn stack(traversal: Traversal) -> &'static str {
     }
 }
 
+/// Figures that are measured or from the maker or its driver, in percent of all.
+fn share_known(Provenance { measured, vendor, driver, aggregator, estimate }: Provenance) -> String {
+    let known = measured + vendor + driver;
+    format!("{} %", 100 * known / (known + aggregator + estimate).max(1))
+}
+
+/// Ours, then those of the profilers.
+fn counters_table() -> anyhow::Result<Table> {
+    let columns = vec![
+        "counter",
+        "name",
+        "group",
+        "unit",
+        "denominator",
+        "formula",
+        "profiler",
+        "definition",
+        "absent",
+    ];
+    let ours = COUNTERS.iter().map(|counter| {
+        let gpumodel::CounterInfo { id, name, group, unit, formula, denominator } = *counter;
+        [id, name, group, unit, denominator, formula, "", "", ""].map(str::to_owned).to_vec()
+    });
+    let mut rows: Vec<Vec<String>> = ours.collect();
+    for profiler in Profiler::all()? {
+        for info in &profiler.counters {
+            let (formula, absent) = match &info.formula {
+                Formula::Known(formula) => (formula.text(), ""),
+                Formula::Absent { reason } => ("", reason.as_str()),
+            };
+            let VendorInfo { name, group, unit, definition, .. } = info;
+            let row = [name, name, group, unit, "", formula, &profiler.name, definition, absent];
+            rows.push(row.map(str::to_owned).to_vec());
+        }
+    }
+    Ok(Table { columns, rows })
+}
+
 /// Counters are too wide for a table: a paragraph each, by group.
-fn counters_text() -> String {
+fn counters_text() -> anyhow::Result<String> {
     let mut out = String::new();
     let mut groups: Vec<&str> = Vec::new();
     for counter in COUNTERS {
@@ -147,6 +173,34 @@ fn counters_text() -> String {
             out.push('\n');
         }
     }
+    for profiler in Profiler::all()? {
+        for group in profiler.groups() {
+            out += &format!("\n{}: {group}\n", profiler.name);
+            for info in profiler.counters.iter().filter(|info| info.group == group) {
+                out += &vendor_text(info);
+            }
+        }
+    }
+    out += "\nFigures of the GPU in these formulas\n";
+    for figure in GPU_FIGURES {
+        out += &format!("  {}: {}\n", figure.name, figure.meaning);
+    }
+    Ok(out)
+}
+
+fn vendor_text(info: &VendorInfo) -> String {
+    let VendorInfo { name, hardware, gpus, group: _, unit, definition, source: _, note, formula } = info;
+    let mut out = format!("  {name} [{unit}]: {definition}");
+    if !hardware.is_empty() {
+        out += &format!(" ({hardware}; GPUs: {gpus})");
+    }
+    out += "\n      ";
+    match formula {
+        Formula::Known(formula) if note.is_empty() => out += formula.text(),
+        Formula::Known(formula) => out += &format!("{}; {note}", formula.text()),
+        Formula::Absent { reason } => out += &format!("absent: {reason}"),
+    }
+    out.push('\n');
     out
 }
 

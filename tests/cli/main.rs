@@ -9,5 +9,6 @@ mod outputs;
 mod render;
 mod results;
 mod support;
+mod vendor;
 mod verify;
 mod whatif;

@@ -25,6 +25,7 @@ pub(super) struct PassValues<'a> {
 const NO_RAYS: &str = "no ray was traced";
 const NO_TIME: &str = "it takes no time";
 const NO_WORK: &str = "nothing was issued";
+const NO_VERTICES: &str = "no vertex is fetched";
 const NO_FRAGMENTS: &str = "there are no fragments";
 const OF_THE_FRAME: &str = "belongs to the frame, not to one of its parts";
 
@@ -55,6 +56,16 @@ impl PassValues<'_> {
             "primitive_tests" => self.of_rays(Value::Count(issue.primitive_tests)),
             "primitive_tests_per_ray" => Value::ratio(issue.primitive_tests as f64, rays, NO_RAYS),
             "restarts" => self.restarts(),
+            "fragments" => Value::Count(self.frame.header.frame.rays()),
+            "warps" => self.of_frame(|| Value::Count(self.frame.replayed.counters.schedule.warps)),
+            "vertices" if issue.vertices > 0 => Value::Count(issue.vertices),
+            "vertices" => Value::absent(NO_VERTICES),
+            "alu_operations" => Value::Count(issue.alu_active),
+            "alu_operations_issued" => Value::Count(issue.alu_issued),
+            "efu_operations" => Value::Count(issue.efu_active),
+            "efu_operations_issued" => Value::Count(issue.efu_issued),
+            "memory_instructions" => Value::Count(issue.memory_instructions),
+            "load_store_cycles" => Value::Count(issue.load_store_cycles),
             "alu_per_fragment" => Value::ratio(issue.alu_active as f64, fragments, NO_FRAGMENTS),
             "alu_issued_per_fragment" => Value::ratio(issue.alu_issued as f64, fragments, NO_FRAGMENTS),
             "efu_per_fragment" => Value::ratio(issue.efu_active as f64, fragments, NO_FRAGMENTS),
@@ -63,17 +74,26 @@ impl PassValues<'_> {
             "sp_memory_read_bytes" => Value::Count(self.shader_reads()),
             "sp_memory_read_bytes_per_second" => self.per_second(self.shader_reads() as f64),
             "texture_memory_read_bytes" => memory_reads(self.pass.traffic.image, "no texture is read"),
-            "vertex_memory_read_bytes" => memory_reads(self.pass.traffic.vertex, "no vertex is fetched"),
+            "vertex_memory_read_bytes" => memory_reads(self.pass.traffic.vertex, NO_VERTICES),
+            "external_read_bytes" => self.external(Value::Count(dram_reads)),
+            "load_store_external_read_bytes" => self.external(Value::Count(self.buffers().dram_read_bytes)),
+            "texture_external_read_bytes" => {
+                self.external(memory_reads(self.pass.traffic.image, "no texture is read"))
+            }
             "dram_read_bytes" => Value::Count(dram_reads),
             "dram_write_bytes" => {
                 Value::Count(traffic.dram_write_bytes + issue.output_bytes + issue.bin_list_bytes / 2)
             }
-            "l1_accesses" => self.level(CacheRole::L1, |accesses, _| Value::Count(accesses)),
-            "l1_misses" => self.level(CacheRole::L1, |_, misses| Value::Count(misses)),
-            "l1_miss_ratio" => self.level(CacheRole::L1, miss_ratio),
-            "l2_accesses" => self.level(CacheRole::L2, |accesses, _| Value::Count(accesses)),
-            "l2_misses" => self.level(CacheRole::L2, |_, misses| Value::Count(misses)),
-            "l2_miss_ratio" => self.level(CacheRole::L2, miss_ratio),
+            "l1_accesses" => self.level(CacheRole::L1, &traffic, accesses),
+            "l1_misses" => self.level(CacheRole::L1, &traffic, misses),
+            "l1_miss_ratio" => self.level(CacheRole::L1, &traffic, miss_ratio),
+            "l2_accesses" => self.level(CacheRole::L2, &traffic, accesses),
+            "l2_misses" => self.level(CacheRole::L2, &traffic, misses),
+            "l2_miss_ratio" => self.level(CacheRole::L2, &traffic, miss_ratio),
+            "load_store_l2_accesses" => self.level(CacheRole::L2, &self.buffers(), accesses),
+            "load_store_l2_misses" => self.level(CacheRole::L2, &self.buffers(), misses),
+            "texture_l2_accesses" => self.level(CacheRole::L2, &self.pass.traffic.image, accesses),
+            "texture_l2_misses" => self.level(CacheRole::L2, &self.pass.traffic.image, misses),
             "shader_alu_capacity_utilized" => Value::ratio(issue.alu_active as f64, alu_capacity, NO_TIME),
             "time_alus_working" => Value::ratio(issue.alu_issued as f64, alu_capacity, NO_TIME),
             "shaders_busy" => self.of_frame(|| {
@@ -123,9 +143,21 @@ impl PassValues<'_> {
         [node, primitive, index, normal, stack].iter().map(|traffic| traffic.dram_read_bytes).sum()
     }
 
-    fn level(&self, role: CacheRole, value: impl FnOnce(u64, u64) -> Value) -> Value {
+    /// Traffic of all that is no image.
+    fn buffers(&self) -> BufferTraffic {
+        TrafficCounters { image: BufferTraffic::default(), ..self.pass.traffic }.total()
+    }
+
+    /// What memory counts is what the GPU's own caches ask for, if no cache of the chip stands between.
+    fn external(&self, of_memory: Value) -> Value {
+        if self.frame.config.gpu.caches.iter().any(|cache| cache.role == CacheRole::Slc) {
+            return Value::absent("the system cache counts what it is read and what it is written together");
+        }
+        of_memory
+    }
+
+    fn level(&self, role: CacheRole, traffic: &BufferTraffic, value: fn(u64, u64) -> Value) -> Value {
         let gpu = &self.frame.config.gpu;
-        let traffic: BufferTraffic = self.pass.traffic.total();
         let levels = gpu.caches.iter().zip(traffic.levels).filter(|(cache, _)| cache.role == role);
         let (mut accesses, mut misses) = (0, 0);
         levels.for_each(|(_, served)| {
@@ -145,6 +177,14 @@ fn memory_reads(traffic: BufferTraffic, none: &str) -> Value {
         return Value::absent(none);
     }
     Value::Count(traffic.dram_read_bytes)
+}
+
+fn accesses(accesses: u64, _: u64) -> Value {
+    Value::Count(accesses)
+}
+
+fn misses(_: u64, misses: u64) -> Value {
+    Value::Count(misses)
 }
 
 fn miss_ratio(accesses: u64, misses: u64) -> Value {

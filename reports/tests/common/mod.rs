@@ -23,6 +23,7 @@ fn counters() -> Counters {
 /// A report of four counters, one of them absent.
 pub(crate) fn report() -> Report {
     Report {
+        vendor: None,
         schema: SCHEMA,
         tool: "raybudget 0.1.0".into(),
         inputs: Inputs {
