@@ -13,6 +13,7 @@ use crate::warp::{Run, TileStream};
 use crate::windows::{Seen, WindowLog};
 use cachesim::{Access, Hierarchy, LevelServed, LineId, MAX_LEVELS, PathId, Policy, Served};
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Paths through the caches, as the hierarchy numbers them.
@@ -55,26 +56,53 @@ struct Route {
     private: (u32, u32),
 }
 
-/// A resident warp: its words yet to issue.
-struct Warp {
+/// A warp that waits for a slot: its words in the stream of its tile.
+struct Waiting {
     stream: Arc<TileStream>,
+    words: Range<usize>,
+    number: u32,
+}
+
+/// What a slot of a core holds: a copy of the words of its warp, so that those of all resident warps lie close together.
+#[derive(Default)]
+struct Slot {
+    /// With the padding of a stream.
+    words: Vec<u32>,
+    /// Words from here to `end` are yet to issue; none are where the slot is free.
     next: usize,
     end: usize,
     number: u32,
+}
+
+impl Slot {
+    fn is_free(&self) -> bool {
+        self.next == self.end
+    }
+
+    /// Takes the warp that has waited longest; false if there is none.
+    fn refill(&mut self, waiting: &mut VecDeque<Waiting>) -> bool {
+        let Some(Waiting { stream, words, number }) = waiting.pop_front() else {
+            return false;
+        };
+        self.words.clear();
+        self.words.extend_from_slice(stream.padded(words.clone()));
+        *self = Self { words: std::mem::take(&mut self.words), next: 0, end: words.len(), number };
+        true
+    }
 }
 
 /// The cores, their warps, and the caches that they share.
 pub(crate) struct Interleaver {
     caches: Caches,
     /// Slots of core `c` are at `c * slots ..`.
-    resident: Vec<Option<Warp>>,
+    resident: Vec<Slot>,
     cores: usize,
     slots: usize,
     /// Per core, the slot whose turn is next.
     turn: Vec<usize>,
     /// Per core, warps in its slots.
     occupied: Vec<usize>,
-    waiting: VecDeque<Warp>,
+    waiting: VecDeque<Waiting>,
     schedule: ScheduleCounters,
     windows: WindowLog,
     /// Lines that each warp read from memory, by its number; empty where no maps are kept.
@@ -163,7 +191,7 @@ impl Interleaver {
                 served: vec![Served::default(); Run::KEYS],
                 waits: WaitCounters::default(),
             },
-            resident: (0..cores * slots).map(|_| None).collect(),
+            resident: (0..cores * slots).map(|_| Slot::default()).collect(),
             cores,
             slots,
             turn: vec![0; cores],
@@ -195,12 +223,7 @@ impl Interleaver {
             }
             // A warp that touches no memory takes no turn.
             if !words.is_empty() {
-                self.waiting.push_back(Warp {
-                    stream: Arc::clone(stream),
-                    next: words.start,
-                    end: words.end,
-                    number,
-                });
+                self.waiting.push_back(Waiting { stream: Arc::clone(stream), words, number });
             }
         }
     }
@@ -246,10 +269,9 @@ impl Interleaver {
     fn fill(&mut self) {
         for slot in 0..self.slots {
             for core in 0..self.cores {
-                let place = &mut self.resident[core * self.slots + slot];
-                if place.is_none() {
-                    *place = self.waiting.pop_front();
-                    self.occupied[core] += usize::from(place.is_some());
+                let slot = &mut self.resident[core * self.slots + slot];
+                if slot.is_free() {
+                    self.occupied[core] += usize::from(slot.refill(&mut self.waiting));
                 }
             }
         }
@@ -276,28 +298,23 @@ impl Interleaver {
     fn issue(&mut self, core: usize) {
         let first = core * self.slots;
         let mut slot = self.turn[core];
-        while self.resident[first + slot].is_none() {
+        while self.resident[first + slot].is_free() {
             slot = if slot + 1 == self.slots { 0 } else { slot + 1 };
         }
         self.turn[core] = if slot + 1 == self.slots { 0 } else { slot + 1 };
-        let place = &mut self.resident[first + slot];
-        let Some(warp) = place else {
-            return;
-        };
-        let words = &warp.stream.words;
-        let mut next = warp.next;
         self.turns += 1;
         let sampled = self.turns.is_multiple_of(SAMPLED_TURNS);
         let before = sampled.then(|| self.caches.misses());
+        let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
+        let Slot { words, next, end, number } = slot;
         let last = loop {
-            let run = Run::from_word(words[next]);
-            self.caches.access(core as u32, (first + slot) as u32, run, &words[next + 1..]);
-            next += 1 + run.lines();
-            if run.is_last() || next >= warp.end {
+            let run = Run::from_word(words[*next]);
+            self.caches.access(core as u32, resident, run, &words[*next + 1..]);
+            *next += 1 + run.lines();
+            if run.is_last() || *next >= *end {
                 break run;
             }
         };
-        warp.next = next;
         if let Some(before) = before {
             self.caches.sample(last, before);
         }
@@ -305,11 +322,10 @@ impl Interleaver {
             let before = self.caches.hierarchy.memory().reads;
             self.caches.flush_pending();
             let missed = self.caches.hierarchy.memory().reads - before;
-            self.misses[warp.number as usize] += missed as u32;
+            self.misses[*number as usize] += missed as u32;
         }
-        if next >= warp.end {
-            *place = self.waiting.pop_front();
-            self.occupied[core] -= usize::from(place.is_none());
+        if slot.is_free() {
+            self.occupied[core] -= usize::from(!slot.refill(&mut self.waiting));
         }
     }
 }

@@ -20,8 +20,8 @@ use crate::windows::PhaseWindows;
 use cachesim::Hierarchy;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use tracer::{Frame, Tile, TileDraw, TileRect, TileSource, TraceHeader};
 
 /// Tiles of a batch per thread.
@@ -135,13 +135,19 @@ pub fn replay_all<S: TileSource>(
 
     let tiles = header.frame.tiles();
     let done = AtomicU64::new(0);
+    // Benches outlast a batch, so that their memory grows to the size of a tile but once.
+    let benches: Mutex<Vec<Bench>> = Mutex::new(Vec::new());
     let make = |batch: Range<u32>| -> Result<Vec<MadeTile>, Error> {
-        let one = |bench: &mut Bench, index: u32| {
-            let made = workshop.tile(source, bench, index)?;
+        let free = || benches.lock().unwrap_or_else(PoisonError::into_inner);
+        let one = |index: u32| {
+            let bench = free().pop();
+            let mut bench = bench.unwrap_or_else(|| workshop.bench());
+            let made = workshop.tile(source, &mut bench, index)?;
+            free().push(bench);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, u64::from(tiles));
             Ok(made)
         };
-        batch.into_par_iter().map_init(|| workshop.bench(), one).collect()
+        batch.into_par_iter().map(one).collect()
     };
 
     let batch_tiles = TILES_PER_THREAD * rayon::current_num_threads() as u32;
@@ -200,7 +206,7 @@ struct Shape {
     variants: Vec<usize>,
 }
 
-/// One thread's means.
+/// What one tile at a time is made with.
 struct Bench {
     tile: Tile,
     stepper: Stepper,

@@ -147,7 +147,8 @@ unsafe fn mixed_by<V: SetVector, O: MaskOrder, I: Index>(
 ) -> Tally {
     let tags = sets.tags.as_mut_slice();
     let (most, ways) = (2 * input.len(), index.sets() * V::LANES);
-    let room = out.words.len() >= most && out.causes.len() >= most && out.missed.len() >= input.len();
+    let Out { words, causes, missed, traced: _ } = out;
+    let room = words.len() >= most && causes.len() >= most && missed.len() >= input.len();
     assert!(sets.lanes == V::LANES && tags.len() >= ways && room);
     let last = 1_u32 << (sets.ways - 1);
     let tags = tags.as_mut_ptr();
@@ -163,15 +164,15 @@ unsafe fn mixed_by<V: SetVector, O: MaskOrder, I: Index>(
         // SAFETY: features, and `at` has a whole set.
         let (flags, hit) = unsafe { (set.flags(), set.without_flags().equal(line)) };
         let front = line.with_flag((flags & hit != 0) | (write & !rule.through));
-        // Hits are many and alike, so they are quick; nobody above writes through to here often.
+        // Most accesses hit: a branch that is nearly always foretold costs less than doing both.
         if hit != 0 {
             // SAFETY: as above.
             unsafe {
                 set.pushed(front, O::moved(hit, last)).replaced(front, O::place(hit)).store(at);
             }
             if write & rule.through {
-                out.words[sent] = word;
-                out.causes[sent] = position;
+                words[sent] = word;
+                causes[sent] = position;
                 sent += 1;
             }
             continue;
@@ -180,7 +181,7 @@ unsafe fn mixed_by<V: SetVector, O: MaskOrder, I: Index>(
         let fetches = kept & (!write | rule.fetch);
         let evicts_dirty = kept & (flags & last != 0);
         let passes_on = write & (rule.through | !kept);
-        out.missed[tally.misses as usize] = position;
+        missed[tally.misses as usize] = position;
         tally.misses += 1;
         tally.write_misses += u64::from(write);
         tally.fills += u64::from(fetches);
@@ -188,15 +189,15 @@ unsafe fn mixed_by<V: SetVector, O: MaskOrder, I: Index>(
         // A level that writes through has no dirty victim, and a write that goes around has none and fetches nothing:
         // two words at most.
         if fetches {
-            out.words[sent] = line;
-            out.causes[sent] = position;
+            words[sent] = line;
+            causes[sent] = position;
             sent += 1;
         }
         if evicts_dirty | passes_on {
             // SAFETY: the last way lies in the set at `at`.
             let victim = unsafe { *at.add(sets.ways - 1) };
-            out.words[sent] = if evicts_dirty { victim } else { word };
-            out.causes[sent] = position;
+            words[sent] = if evicts_dirty { victim } else { word };
+            causes[sent] = position;
             sent += 1;
         }
         if kept {

@@ -13,6 +13,8 @@ use tracer::{Op, RayKind, TILE_RAYS, TileRect};
 /// Collects what warps ask of the caches, tile by tile.
 pub(crate) struct Emitter {
     distinct: Distinct,
+    /// Addresses that a step reads from, kept here so that no step clears room for them.
+    records: [u32; 64],
     writer: StreamWriter,
     warp_ends: Vec<usize>,
     turns: Turns,
@@ -23,6 +25,7 @@ impl Emitter {
     pub(crate) fn new() -> Self {
         Self {
             distinct: Distinct::new(),
+            records: [0; 64],
             writer: StreamWriter::new(),
             warp_ends: Vec::new(),
             turns: Turns::default(),
@@ -58,13 +61,14 @@ impl Emitter {
             }
             // Shading comes between the primary ray and those that start at its hit.
             if kind == RayKind::Primary && warp.shaded_lanes > 0 {
-                let (buffers, mut records) = (&program.buffers, [0; 64]);
-                let triangles = &warp.shaded;
-                let records =
-                    locate(triangles, &mut records, "triangle", |triangle| buffers.shading(triangle))?;
                 self.turns.spend(program.shade);
+                let buffers = &program.buffers;
+                let triangles = warp.shaded.iter().copied();
                 let mut output = self.part(program, Pass::Output);
-                output.read_records(BufferKind::Normal, buffers.shading_reads, records, warp.shaded_lanes);
+                output
+                    .locate(triangles, |triangle| buffers.shading(triangle))
+                    .map_err(|triangle| missing("triangle", triangle))?
+                    .read_records(BufferKind::Normal, buffers.shading_reads, warp.shaded_lanes);
                 output.end_turn(true);
             }
         }
@@ -158,8 +162,17 @@ impl Emitter {
     }
 
     fn part<'a>(&'a mut self, program: &'a Program, pass: Pass) -> Part<'a> {
-        let Self { distinct, writer, turns, issue, .. } = self;
-        Part { program, distinct, writer, turns, counters: &mut issue[pass as usize], pass }
+        let Self { distinct, records, writer, turns, issue, .. } = self;
+        Part {
+            program,
+            distinct,
+            records,
+            located: 0,
+            writer,
+            turns,
+            counters: &mut issue[pass as usize],
+            pass,
+        }
     }
 
     /// Every lane reads or writes its pixel of an image, or reads it of every attachment.
@@ -243,6 +256,9 @@ impl Turns {
 struct Part<'a> {
     program: &'a Program,
     distinct: &'a mut Distinct,
+    /// The first `located` are those of the records to read.
+    records: &'a mut [u32; 64],
+    located: usize,
     writer: &'a mut StreamWriter,
     turns: &'a mut Turns,
     counters: &'a mut IssueCounters,
@@ -262,7 +278,7 @@ impl Part<'_> {
         let Access { kind, write, bytes, repeats } = access;
         self.writer.push(Run::new(self.pass, kind, write, found, repeats));
         let bytes = active * bytes;
-        let port_cycles = (found as u32).max(bytes.div_ceil(self.program.port_bytes));
+        let port_cycles = (found as u32).max(self.program.port_cycles[bytes as usize / 4]);
         let (repeats, lines) = (u64::from(repeats), found as u64);
         self.counters.memory_instructions += repeats;
         self.counters.line_requests += lines;
@@ -274,18 +290,31 @@ impl Part<'_> {
         }
     }
 
-    /// All loads of one record of `active` lanes, whose distinct addresses are `records`.
+    /// Finds the addresses of at most 64 distinct ids; otherwise answers the first that has none.
     #[inline(always)]
-    fn read_records(&mut self, kind: BufferKind, reads: Reads, records: &[u32], active: u32) {
+    fn locate(
+        &mut self,
+        ids: impl Iterator<Item = u32>,
+        address: impl Fn(u32) -> Option<u32>,
+    ) -> Result<&mut Self, u32> {
+        self.located = 0;
+        for id in ids {
+            self.records[self.located % 64] = address(id).ok_or(id)?;
+            self.located += 1;
+        }
+        Ok(self)
+    }
+
+    /// All loads of one record by `active` lanes, at the located addresses.
+    #[inline(always)]
+    fn read_records(&mut self, kind: BufferKind, reads: Reads, active: u32) {
         let shift = self.program.buffers.line_shift;
         let access = Access { kind, write: false, bytes: VEC4_BYTES as u32, repeats: 1 };
-        if reads.one_line {
-            let lines = records.iter().map(|&record| record >> shift);
-            self.touch(Access { repeats: reads.loads, ..access }, lines, active);
-            return;
-        }
-        for load in 0..reads.loads {
-            self.touch(access, records.iter().map(|&record| (record + load) >> shift), active);
+        let (loads, repeats) = if reads.one_line { (1, reads.loads) } else { (reads.loads, 1) };
+        for load in 0..loads {
+            let lines = self.records[..self.located].iter().map(|&record| (record + load) >> shift);
+            let found = self.distinct.filter(lines, self.writer.lines());
+            self.count(Access { repeats, ..access }, found, active);
         }
     }
 
@@ -302,9 +331,10 @@ impl Part<'_> {
 
     #[inline(always)]
     fn record(&mut self, nodes: &[u32], active: u32) -> Result<(), String> {
-        let (buffers, mut records) = (&self.program.buffers, [0; 64]);
-        let records = locate(nodes, &mut records, "node", |node| buffers.node(node))?;
-        self.read_records(BufferKind::Node, buffers.node_reads, records, active);
+        let buffers = &self.program.buffers;
+        self.locate(nodes.iter().copied(), |node| buffers.node(node))
+            .map_err(|node| missing("node", node))?
+            .read_records(BufferKind::Node, buffers.node_reads, active);
         Ok(())
     }
 
@@ -316,19 +346,15 @@ impl Part<'_> {
         }
         if self.program.nodes != NodeReads::One && siblings > 0 {
             let buffers = &self.program.buffers;
-            let (mut nodes, mut records) = ([0; 64], [0; 64]);
-            let mut count = 0;
-            for &node in step.records.iter().filter(|&&node| node != 0) {
-                nodes[count] = node;
-                count += 1;
-            }
-            let nodes = &nodes[..count];
-            let records = if self.program.nodes == NodeReads::Pair {
-                locate(nodes, &mut records, "sibling of node", |node| buffers.node(node + 1))?
+            let nodes = step.records.iter().copied().filter(|&node| node != 0);
+            let located = if self.program.nodes == NodeReads::Pair {
+                self.locate(nodes, |node| buffers.node(node + 1))
+                    .map_err(|node| missing("sibling of node", node))?
             } else {
-                locate(nodes, &mut records, "parent of node", |node| buffers.node(node))?
+                self.locate(nodes, |node| buffers.node(node))
+                    .map_err(|node| missing("parent of node", node))?
             };
-            self.read_records(BufferKind::Node, buffers.node_reads, records, siblings);
+            located.read_records(BufferKind::Node, buffers.node_reads, siblings);
         } else if self.program.nodes == NodeReads::Parent {
             return Ok(());
         }
@@ -345,10 +371,9 @@ impl Part<'_> {
             self.touch(access, lines, active);
             self.end_turn(true);
         }
-        let mut records = [0; 64];
-        let records =
-            locate(step.records, &mut records, "primitive", |position| buffers.intersection(position))?;
-        self.read_records(BufferKind::Primitive, buffers.intersection_reads, records, active);
+        self.locate(step.records.iter().copied(), |position| buffers.intersection(position))
+            .map_err(|position| missing("primitive", position))?
+            .read_records(BufferKind::Primitive, buffers.intersection_reads, active);
         self.end_turn(true);
         Ok(())
     }
@@ -357,6 +382,7 @@ impl Part<'_> {
     fn stack(&mut self, step: WarpStep<'_>, write: bool) -> Result<(), String> {
         let entries = self.program.stack_entries;
         let buffers = &self.program.buffers;
+        // A power of two, as both sizes are.
         let lanes_per_line = ((1 << buffers.stack_line_shift) / STACK_ENTRY_BYTES).max(1);
         let out = self.writer.lines();
         let mut found = 0;
@@ -375,7 +401,7 @@ impl Part<'_> {
                     found += 1;
                 }
                 let place = entry * self.program.warp_width + lane;
-                let next_line = lane + lanes_per_line - place % lanes_per_line;
+                let next_line = lane + lanes_per_line - (place & (lanes_per_line - 1));
                 lanes &= u64::MAX.checked_shl(next_line).unwrap_or(0);
             }
         }
@@ -396,19 +422,7 @@ struct Access {
     repeats: u32,
 }
 
-/// The addresses of ids.
-#[inline(always)]
-fn locate<'a>(
-    ids: &[u32],
-    addresses: &'a mut [u32; 64],
-    what: &str,
-    address: impl Fn(u32) -> Option<u32>,
-) -> Result<&'a [u32], String> {
-    for (&id, place) in ids.iter().zip(addresses.iter_mut()) {
-        match address(id) {
-            Some(address) => *place = address,
-            None => return Err(format!("a step names {what} {id}, which does not exist")),
-        }
-    }
-    Ok(&addresses[..ids.len()])
+/// What a step that names something unknown is refused with.
+fn missing(what: &str, id: u32) -> String {
+    format!("a step names {what} {id}, which does not exist")
 }

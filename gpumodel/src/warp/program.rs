@@ -20,7 +20,8 @@ pub(crate) struct Program {
     pub(crate) buffers: Buffers,
     pub(super) kinds: Vec<RayKind>,
     pub(crate) warp_width: u32,
-    pub(crate) port_bytes: u32,
+    /// Clocks that the load/store port takes for so many words of 4 bytes: up to 16 bytes for each lane.
+    pub(super) port_cycles: Box<[u32; 4 * 64 + 1]>,
     pub(super) nodes: NodeReads,
     /// Where a traversal keeps a stack in memory.
     pub(super) stack_entries: u32,
@@ -90,7 +91,9 @@ impl Program {
         Ok(Self {
             kinds: header.ray_sets.clone(),
             warp_width: config.gpu.cores.warp_width,
-            port_bytes: config.gpu.load_store.bytes_per_clock,
+            port_cycles: Box::new(std::array::from_fn(|words| {
+                (4 * words as u32).div_ceil(config.gpu.load_store.bytes_per_clock)
+            })),
             nodes: match (header.node_fetch, config.node_records) {
                 (NodeFetch::Single, _) => NodeReads::One,
                 (NodeFetch::Pair, NodeRecords::ChildBoxes) => NodeReads::Parent,

@@ -43,7 +43,9 @@ pub(crate) struct TileTally {
 /// One warp's steps.
 #[derive(Debug, Default)]
 pub(crate) struct WarpSteps {
+    /// The first `used` are those of the steps.
     words: Vec<u32>,
+    used: usize,
     pub(crate) sets: Vec<SetSteps>,
     /// Distinct triangles to shade, and for how many lanes.
     pub(crate) shaded: Vec<u32>,
@@ -80,6 +82,8 @@ const OP_SHIFT: u32 = 29;
 const ROOT_SHIFT: u32 = 16;
 const LANES_SHIFT: u32 = 8;
 const FIELD: u32 = 0x7F;
+/// The most words of a step: the header, and three for each stack entry.
+const STEP_WORDS: usize = 1 + 3 * 64;
 
 impl WarpSteps {
     /// The steps of one ray set.
@@ -143,14 +147,14 @@ impl Stepper {
         let Self { lockstep, distinct, warp } = self;
         let kinds = &header.ray_sets;
         let stack_in_memory = header.stack_entries > 0;
-        warp.words.clear();
+        warp.used = 0;
         warp.sets.clear();
         warp.rays = rays;
         let lanes = || (0_usize..).zip(&warp.rays).filter(|&(_, &ray)| ray != HELPER);
         let primary = kinds.iter().position(|&kind| kind == RayKind::Primary);
         let primary_hits = primary.map(|set| tile.ray_sets[set].hits.as_slice());
         for (index, (set, &kind)) in tile.ray_sets.iter().zip(kinds).enumerate() {
-            let start = warp.words.len();
+            let start = warp.used;
             let traced = || lanes().filter(|&(_, &ray)| is_traced(set, kind, primary_hits, ray as usize));
             let count = if wanted[index] { traced().count() } else { 0 };
             let tally = &mut tally.sets[index];
@@ -162,12 +166,12 @@ impl Stepper {
                     let range = set.range(ray as usize);
                     (lane, range.start as u32, range.end as u32)
                 });
-                let mut body =
-                    Recorder { stack_in_memory, words: &mut warp.words, distinct, tally: &mut *tally };
+                let (words, used) = (&mut warp.words, &mut warp.used);
+                let mut body = Recorder { stack_in_memory, words, used, distinct, tally: &mut *tally };
                 lockstep.run(header.loop_structure, &set.steps, ranges, &mut body)?;
             }
             warp.sets.push(SetSteps {
-                words: start..warp.words.len(),
+                words: start..warp.used,
                 traced: count > 0,
                 trips: tally.warp_trips - trips,
                 taken: std::array::from_fn(|op| tally.warp_steps[op] - taken[op]),
@@ -200,26 +204,41 @@ fn is_traced(set: &RaySet, kind: RayKind, primary_hits: Option<&[u32]>, ray: usi
 struct Recorder<'a> {
     stack_in_memory: bool,
     words: &'a mut Vec<u32>,
+    used: &'a mut usize,
     distinct: &'a mut Distinct,
     tally: &'a mut Tally,
 }
 
 impl Recorder<'_> {
+    /// Room for the next step. It keeps its old content, so that no step pays for clearing it.
+    #[inline(always)]
+    fn room(&mut self) -> &mut [u32; STEP_WORDS] {
+        if self.words.len() - *self.used < STEP_WORDS {
+            self.words.resize(2 * self.words.len() + STEP_WORDS, 0);
+        }
+        self.words[*self.used..].first_chunk_mut().expect("there is room for a step")
+    }
+
     /// Joins groups that are at the same stack entry.
     fn stack(&mut self, header: u32, lanes: &[u64], ids: &[u32]) {
-        let at = self.words.len();
-        self.words.push(0);
+        let room = self.room();
+        let groups = room[1..].as_chunks_mut::<3>().0;
+        let mut count = 0;
         for (&lanes, &entry) in lanes.iter().zip(ids) {
             let (low, high) = (lanes as u32, (lanes >> 32) as u32);
-            match self.words[at + 1..].chunks_exact_mut(3).find(|group| group[0] == entry) {
+            match groups[..count].iter_mut().find(|group| group[0] == entry) {
                 Some(group) => {
                     group[1] |= low;
                     group[2] |= high;
                 }
-                None => self.words.extend([entry, low, high]),
+                None => {
+                    groups[count] = [entry, low, high];
+                    count += 1;
+                }
             }
         }
-        self.words[at] = header | ((self.words.len() - at) / 3) as u32;
+        room[0] = header | count as u32;
+        *self.used += 1 + 3 * count;
     }
 }
 
@@ -246,12 +265,12 @@ impl Body for Recorder<'_> {
                 let roots = roots.count_ones();
                 self.tally.root_lanes += u64::from(roots);
                 self.tally.sibling_steps += u64::from(op == Op::Node && roots < active);
-                let at = self.words.len();
-                self.words.resize(at + 65, 0);
-                let out = self.words[at + 1..].first_chunk_mut().expect("room for a warp");
+                self.room();
+                let (head, rest) = self.words[*self.used..].split_at_mut(1);
+                let out = rest.first_chunk_mut().expect("there is room for a step");
                 let found = self.distinct.filter(ids.iter().copied(), out);
-                self.words[at] = header | roots << ROOT_SHIFT | found as u32;
-                self.words.truncate(at + 1 + found);
+                head[0] = header | roots << ROOT_SHIFT | found as u32;
+                *self.used += 1 + found;
             }
         }
         Ok(())

@@ -114,6 +114,11 @@ impl TileStream {
         let start = if index == 0 { 0 } else { self.turn_ends[index - 1] };
         start..self.turn_ends[index]
     }
+
+    /// The words of a warp, with padding behind them.
+    pub(crate) fn padded(&self, warp: Range<usize>) -> &[u32] {
+        &self.words[warp.start..warp.end + PADDING]
+    }
 }
 
 /// Writes the words of a tile; its memory is kept for the next.

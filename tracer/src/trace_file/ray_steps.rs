@@ -8,13 +8,24 @@ use crate::observe::Op;
 use crate::trace::{RaySet, Step};
 
 /// Ids of one kind lie near each other: which kind a step's id belongs to.
+#[inline(always)]
 fn kind(op: Op) -> usize {
-    match op {
-        Op::Node | Op::Up | Op::Restart => 0,
-        Op::Primitive | Op::AnyHit => 1,
-        Op::Push | Op::Pop => 2,
-        Op::Instance => 3,
-    }
+    /// Looked up, because what comes next is hard to predict for a jump.
+    const KIND_OF: [u8; Op::ALL.len()] = {
+        let mut kinds = [0; Op::ALL.len()];
+        let mut index = 0;
+        while index < kinds.len() {
+            kinds[index] = match Op::ALL[index] {
+                Op::Node | Op::Up | Op::Restart => 0,
+                Op::Primitive | Op::AnyHit => 1,
+                Op::Push | Op::Pop => 2,
+                Op::Instance => 3,
+            };
+            index += 1;
+        }
+        kinds
+    };
+    usize::from(KIND_OF[op as usize]) % KINDS
 }
 
 const KINDS: usize = 4;

@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
+/// Room is made at once for tiles that decompress to up to so many times their length, as most do.
+const USUAL_RATIO: usize = 64;
+
 const RECORD_AGAIN: &str = "record the trace again with `raybudget trace`";
 
 /// An open trace file; tiles are read when asked for.
@@ -199,8 +202,10 @@ impl TraceFile {
             );
             return Err(self.format_error(chunk, problem));
         }
-        let mut raw = Vec::new();
-        // One byte more than claimed, to notice data that go on; the vector grows with what is there, not with the claim.
+        // One byte more than claimed, to notice data that go on. Beyond the usual, the vector grows with what is there, not
+        // with the claim.
+        let room = (raw_bytes as usize + 1).min(USUAL_RATIO * data.len());
+        let mut raw = Vec::with_capacity(room);
         zstd::stream::read::Decoder::with_buffer(&data[CHUNK_HEAD_BYTES as usize..])
             .and_then(|decoder| decoder.take(u64::from(raw_bytes) + 1).read_to_end(&mut raw))
             .map_err(|error| self.format_error(chunk, format!("a chunk does not decompress: {error}")))?;
