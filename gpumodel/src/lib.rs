@@ -33,7 +33,7 @@ pub use counters::{
     PassCounters, ScheduleCounters, TrafficCounters, Value, WaitCounters,
 };
 pub use error::Error;
-pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, estimate};
+pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, StackPart, estimate};
 pub use layout::{BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
 pub use replay::{Fidelity, Maps, ReplayConfig, Replayed, replay, replay_all};
 pub use timed::{TimedFrame, TimedPhase, WarpCycles};

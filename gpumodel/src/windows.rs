@@ -6,7 +6,7 @@
 use crate::counters::{Pass, WaitCounters};
 use cachesim::{LevelServed, MAX_LEVELS};
 
-/// Windows of a phase, at most; beyond, two neighbours become one.
+/// When a phase has so many windows, two neighbours become one. Even.
 const MOST_WINDOWS: usize = 256;
 /// Ticks of a window at first.
 const FIRST_TICKS: u64 = 32;
@@ -92,7 +92,7 @@ impl WindowLog {
         from.for_each(|(from, (now, before))| *from = now - before);
         self.before = *seen;
         self.windows.push(std::mem::take(&mut self.open));
-        if self.windows.len() > MOST_WINDOWS {
+        if self.windows.len() == MOST_WINDOWS {
             let pairs = self.windows.chunks(2).map(|pair| {
                 let mut both = pair[0];
                 pair[1..].iter().for_each(|other| both.add(other));

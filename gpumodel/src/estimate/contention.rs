@@ -7,6 +7,7 @@
 //! over its windows. So cold caches, cores that run dry and the tail of the last warps are in it.
 
 use super::bounds::Demand;
+use super::time::{PhaseTime, StackPart, add};
 use crate::config::{CacheRole, Gpu};
 use crate::counters::PassCounters;
 use crate::queueing::{Network, NetworkError, Part, Solution, Station, solve};
@@ -14,54 +15,33 @@ use crate::timed::servers;
 use crate::windows::Window;
 use cachesim::MAX_LEVELS;
 
-/// What the time of a phase is made of.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Contended {
-    /// Seconds of the phase.
-    pub(super) seconds: f64,
-    /// Parts of it.
-    pub(super) stack: Vec<StackPart>,
-    /// Largest residual of a solved network.
-    pub(super) residual: f64,
-}
-
-/// A part of the time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StackPart {
-    /// What warps wait for or use.
-    pub name: &'static str,
-    /// Seconds.
-    pub seconds: f64,
-}
-
 /// Place of the load/store port among the stations.
 const PORT: usize = 2;
 /// How well the time that the port is held up is known, as a part of the time that it works.
 const HOLD_TOLERANCE: f64 = 1e-6;
 /// Time that nothing but the distance causes.
-const LATENCY: &str = "latency";
+pub(super) const LATENCY: &str = "latency";
 
 /// A phase: what its passes count together, what they need of each resource, and the way of its loads through the caches.
-pub(super) struct Phase<'a> {
+pub(super) struct InPhase<'a> {
     pub(super) counters: &'a PassCounters,
     pub(super) demand: &'a Demand,
     pub(super) path: &'a [usize],
     pub(super) gpu: &'a Gpu,
 }
 
-impl Phase<'_> {
-    /// The time of the phase.
-    pub(super) fn contended(&self, windows: &[Window]) -> Contended {
-        let mut result = Contended::default();
+impl InPhase<'_> {
+    /// Adds time under contention to the time of the phase.
+    pub(super) fn contended(&self, windows: &[Window], mut time: PhaseTime) -> PhaseTime {
         for window in windows {
             let Ok(solution) = self.solve(window) else { continue };
             let cores = window.turns as f64 / window.ticks as f64;
             let seconds = window.turns as f64 / (solution.throughput * cores);
-            result.seconds += seconds;
-            result.residual = result.residual.max(solution.residual);
-            add_stack(&mut result.stack, seconds, &solution);
+            time.seconds += seconds;
+            time.residual = time.residual.max(solution.residual);
+            add_stack(&mut time.stack, seconds, &solution);
         }
-        result
+        time
     }
 
     /// The network of a window in which the port of a core is held up by lines that wait for a free place in flight.
@@ -214,18 +194,12 @@ fn cache_name(role: CacheRole) -> &'static str {
     }
 }
 
-fn add_stack(parts: &mut Vec<StackPart>, seconds: f64, solution: &Solution) {
+fn add_stack(stack: &mut Vec<StackPart>, seconds: f64, solution: &Solution) {
     for share in solution.stack() {
         let name = match share.part {
             Part::Think => LATENCY,
             Part::Service(place) | Part::Queueing(place) => solution.stations[place].name,
         };
-        let seconds = seconds * share.seconds / solution.cycle_time;
-        if seconds > 0.0 {
-            match parts.iter_mut().find(|part| part.name == name) {
-                Some(part) => part.seconds += seconds,
-                None => parts.push(StackPart { name, seconds }),
-            }
-        }
+        add(stack, name, seconds * share.seconds / solution.cycle_time);
     }
 }

@@ -2,15 +2,18 @@
 
 mod bounds;
 mod contention;
+mod time;
 mod values;
 
 pub use bounds::Bound;
+pub use time::StackPart;
 
 use crate::config::{Attachments, Stage};
-use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
+use crate::counters::{BufferTraffic, CounterSet, Pass, TrafficCounters};
 use crate::layout::{NodeRecords, PrimitiveOrder};
-use crate::replay::{ReplayConfig, Replayed};
+use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use bounds::Demand;
+use time::{PHASES, PhaseTime, add};
 use tracer::{LoopStructure, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
@@ -21,6 +24,10 @@ pub struct Estimate {
     pub frame: CounterSet,
     /// Of each of its passes. Their times add up to the frame's.
     pub passes: Vec<PassEstimate>,
+    /// What the frame's time is made of; adds up to it.
+    pub stack: Vec<StackPart>,
+    /// Largest relative residual of the networks that were solved; 0 if none was.
+    pub residual: f64,
     /// What the frame needs of each resource if that were the only limit.
     pub bounds: Vec<Bound>,
     /// The resource that decides the longest of the frame's phases.
@@ -70,15 +77,12 @@ pub struct LeftOut {
     pub why: String,
 }
 
-/// Passes that the GPU runs at the same time: their rays come from the same shader. The phases follow each other.
-const PHASES: [&[Pass]; 4] =
-    [&[Pass::Binning], &[Pass::Geometry], &[Pass::Primary, Pass::Shadow, Pass::Output], &[Pass::Present]];
-
 /// Estimates the frame that `replayed` counted; `header`, `topology` and `config` are those of the replay.
 ///
-/// Time of a phase = the largest of its bounds, each of which is a lower bound on its own: the resources are assumed to overlap
-/// perfectly within it. The phases follow each other without overlap, and their times add up. All bounds are sums over
-/// passes, so a pass's time is its share of the resource that decides its phase.
+/// The phases follow each other without overlap, and their times add up. The time of a phase is simulated where the rung is
+/// [`Fidelity::Timed`], else that of closed queueing networks, see [`crate::queueing`]; it is never below the largest of its bounds,
+/// each of which is a lower bound on its own. All bounds are sums over passes, and a pass's time is its share of the resource
+/// whose bound is the largest of its phase.
 pub fn estimate(
     replayed: &Replayed,
     header: &TraceHeader,
@@ -93,34 +97,23 @@ pub fn estimate(
     let mut seconds = [0.0; Pass::COUNT];
     let mut deciding = [NO_BOUND; Pass::COUNT];
     let mut longest = (0.0, NO_BOUND);
+    let (mut stack, mut residual) = (Vec::new(), 0.0_f64);
     for phase in PHASES {
         let of_phase: Vec<Demand> = phase.iter().map(|&pass| demands[pass as usize]).collect();
-        let demand = Demand::sum(&of_phase);
-        let Some((place, bound)) = largest(&demand.bounds()) else { continue };
-        let timed = replayed.timed.as_ref().map(|frame| frame.seconds(phase, config.gpu.clock.hz));
-        let mut of_phase = PassCounters::default();
-        phase.iter().for_each(|&pass| of_phase += *counters.pass(pass));
-        let windows = replayed.phases.iter().find(|of| phase.contains(&of.first));
-        let in_network = contention::Phase {
-            counters: &of_phase,
-            demand: &demand,
-            path: bounds::path(phase[0], &config.gpu),
-            gpu: &config.gpu,
+        let Some(time) = PhaseTime::of(phase, &Demand::sum(&of_phase), replayed, &config.gpu) else {
+            continue;
         };
-        let model = windows.map(|of| in_network.contended(&of.windows));
-        if std::env::var("RB_DEBUG").is_ok() {
-            eprintln!("{phase:?} bound {bound:?} timed {timed:?} model {model:?} {:?}", replayed.timed);
+        let PhaseTime { largest, place, .. } = time;
+        for (&pass, demand) in phase.iter().zip(&of_phase) {
+            deciding[pass as usize] = largest.name;
+            let share = demand.bounds().get(place).map_or(0.0, |bound| bound.seconds / largest.seconds);
+            seconds[pass as usize] = time.seconds * share;
         }
-        let timed = timed.or(model.map(|m| m.seconds));
-        for &pass in phase {
-            deciding[pass as usize] = bound.name;
-            seconds[pass as usize] =
-                demands[pass as usize].bounds().get(place).map_or(0.0, |bound| bound.seconds)
-                    * timed.map_or(1.0, |timed| timed / bound.seconds);
+        if time.seconds > longest.0 {
+            longest = (time.seconds, largest.name);
         }
-        if bound.seconds > longest.0 {
-            longest = (bound.seconds, bound.name);
-        }
+        time.stack.iter().for_each(|part| add(&mut stack, part.name, part.seconds));
+        residual = residual.max(time.residual);
     }
 
     let frame = FrameValues { replayed, header, topology, config };
@@ -139,6 +132,8 @@ pub fn estimate(
         assumptions: assumptions(replayed, header, config),
         left_out: left_out(config),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
+        stack,
+        residual,
         bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
     }
 }
@@ -170,11 +165,6 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
 /// Of a phase that does nothing.
 const NO_BOUND: &str = "none";
 
-fn largest(bounds: &[Bound]) -> Option<(usize, Bound)> {
-    let largest = bounds.iter().copied().enumerate().max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))?;
-    (largest.1.seconds > 0.0).then_some(largest)
-}
-
 fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
     let gpu = &config.gpu;
     let provenance = gpu.provenance();
@@ -192,8 +182,14 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
             provenance.estimate + provenance.aggregator,
             gpu.name()
         ),
-        "The time of a phase is the largest of its bounds: resources overlap perfectly, nothing queues; phases follow each other."
-            .to_owned(),
+        match config.fidelity {
+            Fidelity::Replay => "Time comes from queues: the warps of a core take turns at its ALU, EFU and load/store port, and all cores at \
+                                 shared caches and memory, by what each 256th of the frame asks of them on average; phases follow each other."
+                .to_owned(),
+            Fidelity::Timed => "Time is simulated event by event; instructions of a warp follow each other without a gap, and a turn computes \
+                                without interruption; fixed-function units enter by their rates; phases follow each other."
+                .to_owned(),
+        },
         "Operation counts are taken from the formulae of the shader, every step at its full path.".to_owned(),
         "A node fetch reads the whole record in 16-byte loads.".to_owned(),
         format!("The traversal loops {loops}."),
@@ -272,7 +268,6 @@ fn technique_assumptions(config: &ReplayConfig) -> Vec<String> {
 
 fn left_out(config: &ReplayConfig) -> Vec<LeftOut> {
     let mut entries = vec![
-        ("contention", "queueing at caches and DRAM is not in the bounds"),
         ("energy", "no energy table is applied"),
         ("building the tree", "it is taken to be built before the frame"),
         ("instruction cache, command processing, display", "no figures are known for them"),

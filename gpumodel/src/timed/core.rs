@@ -74,6 +74,8 @@ pub(super) struct Issue {
 
 pub(super) struct Core {
     ready: Ready,
+    /// Resident warps.
+    pub(super) occupied: u32,
     /// Warps computing.
     pub(super) computing: u32,
     /// When the elementary function unit is free.
@@ -102,6 +104,7 @@ impl Core {
                 Scheduler::RoundRobin => Ready::RoundRobin(VecDeque::new()),
                 Scheduler::GreedyThenOldest => Ready::OldestFirst(BinaryHeap::new()),
             },
+            occupied: 0,
             computing: 0,
             efu_free: 0.0,
             queue: VecDeque::new(),

@@ -38,8 +38,10 @@ pub struct TimedPhase {
     pub warps: WarpCycles,
     /// Cycles of the load/store ports, summed over cores.
     pub port_cycles: f64,
-    /// Cycles during which every core computed.
-    pub all_cores_computing: f64,
+    /// Cycles during which every core had a warp.
+    pub all_cores_busy: f64,
+    /// Cycles during which warps were resident and none computed.
+    pub none_computing: f64,
     /// Cycles during which no warp computed and some read from memory was awaited.
     pub stalled_on_memory: f64,
     /// Warps, summed over cycles.
@@ -78,8 +80,8 @@ pub(crate) struct Machine {
     phase: TimedPhase,
     phases: Vec<(Pass, TimedPhase)>,
     computing: u32,
-    cores_computing: u32,
     occupied: u32,
+    cores_occupied: u32,
     warps: u64,
     /// Where the next bytes of tile memory go.
     output_address: u64,
@@ -95,14 +97,6 @@ pub struct TimedFrame {
     pub phases: Vec<(Pass, TimedPhase)>,
     /// What the memory controller saw.
     pub dram: cachesim::DramStats,
-}
-
-impl TimedFrame {
-    /// Seconds of the phase that holds one of these passes; 0 if the frame has none.
-    pub(crate) fn seconds(&self, passes: &[Pass], clock_hz: f64) -> f64 {
-        let of_phase = self.phases.iter().filter(|(first, _)| passes.contains(first));
-        of_phase.map(|(_, phase)| phase.cycles / clock_hz).sum()
-    }
 }
 
 impl Machine {
@@ -130,8 +124,8 @@ impl Machine {
             phase: TimedPhase::default(),
             phases: Vec::new(),
             computing: 0,
-            cores_computing: 0,
             occupied: 0,
+            cores_occupied: 0,
             warps: 0,
             output_address: buffers.end,
             misses: Vec::new(),
@@ -212,7 +206,7 @@ impl Machine {
             |value: fn(&TimedPhase) -> f64| self.phases.iter().map(|(_, phase)| value(phase)).sum::<f64>();
         let schedule = ScheduleCounters {
             ticks: sum(|phase| phase.cycles).round() as u64,
-            full_ticks: sum(|phase| phase.all_cores_computing).round() as u64,
+            full_ticks: sum(|phase| phase.all_cores_busy).round() as u64,
             warp_ticks: sum(|phase| phase.resident_warps).round() as u64,
             warps: self.warps,
         };
@@ -259,11 +253,14 @@ impl Machine {
             return;
         }
         self.phase.resident_warps += passed * f64::from(self.occupied);
-        if self.cores_computing as usize == self.cores.len() {
-            self.phase.all_cores_computing += passed;
+        if self.cores_occupied as usize == self.cores.len() {
+            self.phase.all_cores_busy += passed;
         }
-        if self.computing == 0 && self.memory.reads_outstanding > 0 {
-            self.phase.stalled_on_memory += passed;
+        if self.computing == 0 && self.occupied > 0 {
+            self.phase.none_computing += passed;
+            if self.memory.reads_outstanding > 0 {
+                self.phase.stalled_on_memory += passed;
+            }
         }
         self.now = at;
     }
@@ -274,6 +271,9 @@ impl Machine {
         warp.since = self.now;
         self.resident[place as usize] = Some(warp);
         self.occupied += 1;
+        let core = &mut self.cores[(place / self.slots) as usize];
+        core.occupied += 1;
+        self.cores_occupied += u32::from(core.occupied == 1);
         self.events.push(self.now, Event::Ready(place));
     }
 
@@ -288,6 +288,9 @@ impl Machine {
         if warp.turn == warp.turn_end {
             self.resident[place as usize] = None;
             self.occupied -= 1;
+            let core = &mut self.cores[(place / self.slots) as usize];
+            core.occupied -= 1;
+            self.cores_occupied -= u32::from(core.occupied == 0);
             self.settle(place);
             return;
         }
@@ -307,7 +310,6 @@ impl Machine {
             let cycles = f64::from(warp.stream.turns[warp.turn].alu) * self.rates.alu_cycles;
             state.computing += 1;
             self.computing += 1;
-            self.cores_computing += u32::from(state.computing == 1);
             self.events.push(self.now + cycles, Event::Computed(place));
         }
     }
@@ -317,7 +319,6 @@ impl Machine {
         let state = &mut self.cores[core as usize];
         state.computing -= 1;
         self.computing -= 1;
-        self.cores_computing -= u32::from(state.computing == 0);
         let Some(warp) = &mut self.resident[place as usize] else { return };
         self.phase.warps.computing += Self::since(warp, self.now);
         let efu = warp.stream.turns[warp.turn].efu;

@@ -1,0 +1,96 @@
+//! Time of the frame's phases, and what it is made of.
+
+use super::bounds::{Bound, Demand, path};
+use super::contention::{InPhase, LATENCY};
+use crate::config::Gpu;
+use crate::counters::{Pass, PassCounters};
+use crate::replay::Replayed;
+use crate::timed::{TimedPhase, WarpCycles};
+
+/// A part of the time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StackPart {
+    /// What warps use or wait for.
+    pub name: &'static str,
+    /// Seconds.
+    pub seconds: f64,
+}
+
+/// Passes that the GPU runs at the same time: their rays come from the same shader. The phases follow each other.
+pub(super) const PHASES: [&[Pass]; 4] =
+    [&[Pass::Binning], &[Pass::Geometry], &[Pass::Primary, Pass::Shadow, Pass::Output], &[Pass::Present]];
+
+/// The time of a phase.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PhaseTime {
+    pub(super) seconds: f64,
+    /// The largest of its bounds, and the place of that among them.
+    pub(super) largest: Bound,
+    pub(super) place: usize,
+    /// Adds up to `seconds`.
+    pub(super) stack: Vec<StackPart>,
+    /// Largest relative residual of a solved network.
+    pub(super) residual: f64,
+}
+
+impl PhaseTime {
+    /// Of passes that run at the same time and need `demand` together; `None` if they need nothing.
+    ///
+    /// Simulated time where there is one, else time under contention; and never less than a bound, as those of fixed-function
+    /// units are not simulated.
+    pub(super) fn of(phase: &[Pass], demand: &Demand, replayed: &Replayed, gpu: &Gpu) -> Option<Self> {
+        let bounds = demand.bounds();
+        let (place, largest) =
+            bounds.into_iter().enumerate().max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))?;
+        if largest.seconds <= 0.0 {
+            return None;
+        }
+        let mut time = Self { seconds: 0.0, largest, place, stack: Vec::new(), residual: 0.0 };
+        if let Some(frame) = &replayed.timed {
+            if let Some((_, phase)) = frame.phases.iter().find(|(first, _)| phase.contains(first)) {
+                time.seconds = phase.cycles / gpu.clock.hz;
+                time.stack = simulated_stack(phase, time.seconds);
+            }
+        } else if let Some(of) = replayed.phases.iter().find(|of| phase.contains(&of.first)) {
+            let mut counters = PassCounters::default();
+            phase.iter().for_each(|&pass| counters += *replayed.counters.pass(pass));
+            let in_phase = InPhase { counters: &counters, demand, path: path(phase[0], gpu), gpu };
+            time = in_phase.contended(&of.windows, time);
+        }
+        let missing = largest.seconds - time.seconds;
+        if missing > 0.0 {
+            time.seconds = largest.seconds;
+            add(&mut time.stack, largest.name, missing);
+        }
+        Some(time)
+    }
+}
+
+/// Adds to the part of that name.
+pub(super) fn add(stack: &mut Vec<StackPart>, name: &'static str, seconds: f64) {
+    if seconds <= 0.0 {
+        return;
+    }
+    match stack.iter_mut().find(|part| part.name == name) {
+        Some(part) => part.seconds += seconds,
+        None => stack.push(StackPart { name, seconds }),
+    }
+}
+
+/// The time of a simulated phase shared out as its warps spent theirs.
+fn simulated_stack(phase: &TimedPhase, seconds: f64) -> Vec<StackPart> {
+    let WarpCycles { waiting_to_compute, computing, functions, waiting_for_port, issuing, waiting_for_data } =
+        phase.warps;
+    let parts = [
+        ("ALU issue", waiting_to_compute + computing),
+        ("EFU issue", functions),
+        ("load/store port", waiting_for_port + issuing),
+        (LATENCY, waiting_for_data),
+    ];
+    let all: f64 = parts.iter().map(|(_, cycles)| cycles).sum();
+    let mut stack = Vec::new();
+    for (name, cycles) in parts {
+        add(&mut stack, name, seconds * cycles / all);
+    }
+    stack
+}
