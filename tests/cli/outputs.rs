@@ -104,7 +104,7 @@ fn a_write_that_fails_half_way_leaves_nothing() {
     );
     assert!(message.refused().contains("h.csv: cannot write"));
     let out = dir.path().join("out");
-    let message = limited(8, &format!("profile cornell --size 64x64 -o {}", out.display())).refused();
+    let message = limited(24, &format!("profile cornell --size 64x64 -o {}", out.display())).refused();
     assert!(message.contains("report.json: cannot write"), "{message}");
     assert_eq!(names_in(dir.path()), Vec::<String>::new());
 }

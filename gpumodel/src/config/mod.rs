@@ -2,15 +2,18 @@
 
 mod costs;
 mod gpu;
+mod gpu_checks;
 mod gpu_file;
+mod gpu_presets;
 mod sourced;
 mod technique;
 
 pub use costs::{Cost, ShaderCosts, SharedCosts, TraversalCosts};
 pub use gpu::{
-    BuiltinGpu, CacheLevel, CacheRole, Clock, Dram, Family, GPUS, Gpu, Identity, LoadStore, Output, Paths,
-    Registers, Scheduler, ShaderCores, TextureUnit, Tiler,
+    CacheLevel, CacheRole, Clock, Dram, Family, Gpu, Identity, LoadStore, Output, Paths, Registers,
+    Scheduler, ShaderCores, TextureUnit, Tiler,
 };
+pub use gpu_presets::{BuiltinGpu, GPUS};
 pub use sourced::{Provenance, Tag};
 pub(crate) use technique::VECTOR_BYTES;
 pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};
