@@ -1,7 +1,7 @@
 //! From the model's estimate to a report.
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
-use crate::report::{Bound, Buffer, Inputs, LeftOut, Pass, Report, Run, SCHEMA};
+use crate::report::{Bound, Buffer, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};
 use gpumodel::{BufferEstimate, CounterSet, Estimate};
 
 /// What a report says of the scene itself.
@@ -39,6 +39,11 @@ impl Report {
                 })
                 .collect(),
             vendor: None,
+            stack: estimate
+                .stack
+                .iter()
+                .map(|part| TimePart { name: part.name.to_owned(), seconds: part.seconds })
+                .collect(),
             bounds: estimate
                 .bounds
                 .iter()

@@ -25,4 +25,4 @@ pub mod vendor;
 pub use counters::{Counter, Counters, Fidelity, Value};
 pub use error::Error;
 pub use from_estimate::SceneFacts;
-pub use report::{Bound, Buffer, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA};
+pub use report::{Bound, Buffer, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};

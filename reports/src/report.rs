@@ -29,6 +29,9 @@ pub struct Report {
     /// The counters as the profiler of the GPU's maker names them, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vendor: Option<VendorView>,
+    /// What the frame time is made of: its parts add up to it.
+    #[serde(default)]
+    pub stack: Vec<TimePart>,
     /// Lower bounds of the frame time, one for each resource.
     #[serde(default)]
     pub bounds: Vec<Bound>,
@@ -158,6 +161,15 @@ pub struct Buffer {
     pub dram_read_bytes: u64,
     /// Bytes written to memory by lines that these accesses drove out.
     pub dram_write_bytes: u64,
+}
+
+/// A part of the frame time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimePart {
+    /// What warps use or wait for.
+    pub name: String,
+    /// The time, in seconds.
+    pub seconds: f64,
 }
 
 /// The least time that one resource needs for the frame's work.

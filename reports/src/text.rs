@@ -3,7 +3,7 @@
 //! the bounds, what was left out, what is an estimate, and what the run cost.
 
 use crate::counters::{Counters, Value};
-use crate::report::{Bound, Buffer, Inputs, Report, Run};
+use crate::report::{Bound, Buffer, Inputs, Report, Run, TimePart};
 use crate::units;
 use crate::vendor::{Formula, Profiler, VendorCounter, VendorInfo, VendorPass, VendorView};
 use gpumodel::COUNTERS;
@@ -40,6 +40,7 @@ pub fn write(report: &Report, style: Style) -> String {
     heading(&mut out, &report.tool, &report.inputs, style);
     counters(&mut out, report, style);
     absent(&mut out, report, style);
+    stack(&mut out, &report.stack, style);
     bounds(&mut out, &report.bounds, report.deciding_bound.as_deref(), style);
     buffers(&mut out, &report.buffers, style);
     let left_out: Vec<String> =
@@ -229,14 +230,29 @@ fn by_reason<'a>(absent: impl Iterator<Item = (&'a str, &'a String)>) -> Vec<Str
     reasons.into_iter().map(|(reason, names)| format!("{}: {reason}", names.join(", "))).collect()
 }
 
+fn stack(out: &mut String, parts: &[TimePart], style: Style) {
+    let total: f64 = parts.iter().map(|part| part.seconds).sum();
+    if total <= 0.0 {
+        return;
+    }
+    line!(out);
+    line!(out, "{}", style.bold("What the frame time is made of"));
+    let mut parts: Vec<&TimePart> = parts.iter().collect();
+    parts.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    for TimePart { name, seconds } in parts {
+        let (milliseconds, share) = (units::digits(seconds * 1e3), 100.0 * seconds / total);
+        line!(out, "  {name:<width$}{milliseconds:>NUMBER_WIDTH$} ms {share:>6.1} %", width = NAME_WIDTH - 2);
+    }
+}
+
 fn bounds(out: &mut String, bounds: &[Bound], deciding: Option<&str>, style: Style) {
     if bounds.is_empty() {
         return;
     }
     line!(out);
-    line!(out, "{}", style.bold("Bounds of the frame time"));
+    line!(out, "{}", style.bold("Lower bounds of the frame time"));
     for Bound { name, seconds } in bounds {
-        let mark = if deciding == Some(name) { "  <- decides" } else { "" };
+        let mark = if deciding == Some(name) { "  <- the largest" } else { "" };
         let milliseconds = units::digits(seconds * 1e3);
         line!(out, "  {name:<width$}{milliseconds:>NUMBER_WIDTH$} ms{mark}", width = NAME_WIDTH - 2);
     }

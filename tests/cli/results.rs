@@ -14,9 +14,14 @@ fn a_profile_answers_in_text_json_and_csv_with_the_same_figures() {
     assert!(rays > 40 * 36 && rays <= 2 * 40 * 36, "{rays}");
     assert!(csv.lines().any(|line| line.starts_with(&format!("rays,Rays,,{rays},"))), "{csv}");
     assert!(text.starts_with("cornell on adreno-540\n"), "{text}");
-    for part in
-        ["Bounds of the frame time", "Left out", "Estimates and assumptions", "This run", "peak memory"]
-    {
+    for part in [
+        "What the frame time is made of",
+        "Lower bounds of the frame time",
+        "Left out",
+        "Estimates and assumptions",
+        "This run",
+        "peak memory",
+    ] {
         assert!(text.contains(part), "{part} is missing:\n{text}");
     }
 }
@@ -200,7 +205,7 @@ fn a_terminal_gets_bold_headings_unless_no_color_is_set() {
         eprintln!("skipped: there is no `script` to make a terminal with");
         return;
     };
-    assert!(coloured.contains("\x1b[1mBounds of the frame time\x1b[0m"), "{coloured}");
+    assert!(coloured.contains("\x1b[1mLower bounds of the frame time\x1b[0m"), "{coloured}");
     assert!(on_terminal(Some("")).expect("as before").contains("\x1b[1m"));
     assert!(!on_terminal(Some("1")).expect("as before").contains("\x1b[1mBounds"));
 }

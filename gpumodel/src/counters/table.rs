@@ -43,7 +43,7 @@ pub const COUNTERS: &[CounterInfo] = &[
         "Frame Time",
         GENERAL,
         "ms",
-        "sum over the phases of the frame of the largest bound of each",
+        "sum over the phases of the frame; of each, simulated (rung timed) or the time of its warps in queues (rung replay), at least its largest bound",
         "",
     ),
     row("fps", "Frames / Second", GENERAL, "1/s", "1 / frame time", "second"),
@@ -308,7 +308,7 @@ pub const COUNTERS: &[CounterInfo] = &[
         "Stalled on System Memory",
         STALLS,
         "ratio",
-        "cycles in which the last cache waits for DRAM / cycles",
+        "cycles in which no warp computes and a read from memory is awaited / cycles; rung timed only",
         "cycles",
     ),
     row(

@@ -3,6 +3,7 @@
 use crate::config::CacheRole;
 use crate::counters::{BufferTraffic, CounterSet, PassCounters, TrafficCounters, Value};
 use crate::replay::{ReplayConfig, Replayed};
+use crate::timed::TimedPhase;
 use tracer::{Topology, TraceHeader};
 
 /// What all passes of a frame share.
@@ -100,9 +101,15 @@ impl PassValues<'_> {
                 let schedule = &self.frame.replayed.counters.schedule;
                 Value::ratio(schedule.full_ticks as f64, schedule.ticks as f64, NO_WORK)
             }),
-            "stalled_on_system_memory" => {
-                Value::absent("needs a model of time cycle by cycle; this one has bounds only")
-            }
+            "stalled_on_system_memory" => self.of_frame(|| match &self.frame.replayed.timed {
+                Some(timed) => {
+                    let sum = |value: fn(&TimedPhase) -> f64| -> f64 {
+                        timed.phases.iter().map(|(_, phase)| value(phase)).sum()
+                    };
+                    Value::ratio(sum(|phase| phase.stalled_on_memory), sum(|phase| phase.cycles), NO_TIME)
+                }
+                None => Value::absent("needs time event by event: --fidelity timed"),
+            }),
             "avg_bytes_per_fragment" => Value::ratio(dram_reads as f64, fragments, NO_FRAGMENTS),
             "energy_mj" | "power_mw" => Value::absent("no energy table is applied"),
             _ => Value::absent("this estimate does not compute it"),

@@ -63,6 +63,7 @@ pub(crate) fn report() -> Report {
         },
         counters: counters(),
         passes: vec![Pass { name: "primary rays".into(), counters: counters() }],
+        stack: vec![reports::TimePart { name: "ALU issue".into(), seconds: 0.0130 }],
         bounds: vec![Bound { name: "ALU issue".into(), seconds: 0.0125 }],
         deciding_bound: Some("ALU issue".into()),
         buffers: vec![reports::Buffer {
