@@ -123,11 +123,26 @@ pub(crate) struct TraceArgs {
     pub(crate) run: RunArgs,
 }
 
+/// A form of memory traces.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MissTrace {
+    /// DRAMsim3: address, READ or WRITE, and the cycle of the memory's clock.
+    Dramsim3,
+    /// Ramulator 2: LD or ST and the address, without time.
+    Ramulator2,
+}
+
 #[derive(Args, Debug)]
 pub(crate) struct ReplayArgs {
     /// A trace file that `raybudget trace` wrote.
     #[arg(value_name = "F.rbt")]
     pub(crate) trace: PathBuf,
+    /// Also write every request to memory, for a simulator of DRAM; needs --fidelity timed.
+    #[arg(long, value_name = "FILE", requires = "fidelity")]
+    pub(crate) miss_trace: Option<PathBuf>,
+    /// Whose form the requests are written in.
+    #[arg(long, value_enum, default_value_t = MissTrace::Dramsim3, requires = "miss_trace")]
+    pub(crate) miss_trace_format: MissTrace,
     #[command(flatten)]
     pub(crate) machine: MachineArgs,
     #[command(flatten)]

@@ -80,6 +80,7 @@ impl Machine {
             node_records: node_records.unwrap_or_default(),
             node_order: node_order.unwrap_or_default(),
             fidelity: fidelity.unwrap_or_default(),
+            keeps_misses: false,
         };
         Ok(Self { config, gpu_name, gpu_hash, costs_hash })
     }

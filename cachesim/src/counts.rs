@@ -53,6 +53,17 @@ pub struct MemoryCounts {
     pub write_bytes: u64,
 }
 
+/// A line (sector) on its way to or from memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryRequest {
+    /// Of its first byte.
+    pub address: u64,
+    /// Its length.
+    pub bytes: u32,
+    /// It is written.
+    pub write: bool,
+}
+
 /// What one run of accesses caused at one level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LevelServed {

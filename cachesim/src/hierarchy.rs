@@ -2,11 +2,11 @@
 
 use crate::address::{Access, LineId, LineSize};
 use crate::config::{Levels, WriteMiss, WritePolicy};
-use crate::counts::{LevelCounts, MemoryCounts, Served};
+use crate::counts::{LevelCounts, MemoryCounts, MemoryRequest, Served};
 use crate::engine::Engine;
 use crate::error::{Error, Place};
 use crate::isa::Isa;
-use crate::ledger::{ByClass, Ledger};
+use crate::ledger::{ByClass, Follow, Ledger};
 use crate::level::{Below, Rescale, WriteRule};
 
 /// One of the paths that a [`Hierarchy`] was built with.
@@ -136,6 +136,23 @@ impl Hierarchy {
     ) {
         assert_eq!(accesses.len(), classes.len(), "every access has a class");
         self.run(path, unit, accesses, Access::parts, &mut ByClass::new(classes, served));
+    }
+
+    /// One access, and where it went: adds to `requests` what it reads from and writes to memory, its own line first. The second
+    /// answer is the number of levels of the path that did not have its data.
+    ///
+    /// # Panics
+    /// As [`Self::read`].
+    pub fn follow(
+        &mut self,
+        path: PathId,
+        unit: u32,
+        access: Access,
+        requests: &mut Vec<MemoryRequest>,
+    ) -> (Served, usize) {
+        let mut ledger = Follow::new(requests);
+        self.run(path, unit, &[access], Access::parts, &mut ledger);
+        (ledger.served, ledger.missed)
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 //! Who hears what a run caused.
 
-use crate::counts::{LevelServed, MemoryCounts, Served};
+use crate::counts::{LevelServed, MemoryCounts, MemoryRequest, Served};
 use crate::word::Word;
 
 /// Follows a run down its path, level by level.
@@ -97,6 +97,48 @@ impl Ledger for ByClass<'_> {
         for (request, &class) in requests.iter().zip(&self.now) {
             self.served[usize::from(class)].memory.add(&memory_traffic(&[*request], granule_bytes));
         }
+    }
+}
+
+/// Follows one access to memory.
+pub(crate) struct Follow<'a> {
+    pub(crate) served: Served,
+    /// Levels of the path that did not have its data.
+    pub(crate) missed: usize,
+    /// The access itself, and not only what it caused, is on its way.
+    present: bool,
+    requests: &'a mut Vec<MemoryRequest>,
+}
+
+impl<'a> Follow<'a> {
+    /// Adds to `requests` what reaches memory.
+    pub(crate) fn new(requests: &'a mut Vec<MemoryRequest>) -> Self {
+        Self { served: Served::default(), missed: 0, present: true, requests }
+    }
+}
+
+impl Ledger for Follow<'_> {
+    const TRACED: bool = true;
+
+    fn enter(&mut self, _len: usize) {}
+
+    fn level(&mut self, position: usize, len: usize, misses: u64, trail: Trail<'_>) {
+        self.served.level(position, len, misses, Trail { missed: &[], causes: &[] });
+        // An access goes first, and what it evicts behind it.
+        self.present &= trail.missed.first() == Some(&0);
+        self.missed += usize::from(self.present);
+    }
+
+    fn split(&mut self, _bits: u32) {}
+
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64) {
+        self.served.memory(requests, granule_bytes);
+        let of = |word: &W| MemoryRequest {
+            address: word.id().saturating_mul(granule_bytes),
+            bytes: granule_bytes as u32,
+            write: word.flagged(),
+        };
+        self.requests.extend(requests.iter().map(of));
     }
 }
 

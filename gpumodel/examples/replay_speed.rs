@@ -81,6 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         node_records: NodeRecords::Packed,
         node_order: NodeOrder::DepthFirst,
         fidelity: gpumodel::Fidelity::Replay,
+        keeps_misses: false,
     };
     let (start, cpu_start) = (Instant::now(), cpu_seconds());
     let replayed = replay(&recorded, &config, Maps::Dropped, &|_, _| {})?;

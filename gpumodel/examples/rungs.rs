@@ -24,6 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 node_records: NodeRecords::Packed,
                 node_order: NodeOrder::DepthFirst,
                 fidelity: Fidelity::Replay,
+                keeps_misses: false,
             };
             let mut found: Vec<(Estimate, f64)> = Vec::new();
             for fidelity in Fidelity::ALL {

@@ -48,7 +48,11 @@ impl Engine {
                 Self::Interleaved(Interleaver::new(gpu, hierarchy, paths, buffers, resident_warps, maps))
             }
             Fidelity::Timed => {
-                Self::Timed(Machine::new(gpu, hierarchy, paths, buffers, resident_warps, maps)?)
+                let mut machine = Machine::new(gpu, hierarchy, paths, buffers, resident_warps, maps)?;
+                if config.keeps_misses {
+                    machine.keep_misses();
+                }
+                Self::Timed(machine)
             }
         })
     }

@@ -113,8 +113,11 @@ pub(crate) struct Interleaver {
     turns: u64,
 }
 
-/// Of so many turns, it is seen how far away the data of one are. A prime, so that it keeps step with no loop of a shader.
-const SAMPLED_TURNS: u64 = 17;
+/// Of so many turns, it is seen how far away the data of one are: of the first turns, which may be all, and of later ones. Primes,
+/// so that they keep step with no loop of a shader.
+const SAMPLED_TURNS: [u64; 2] = [17, 127];
+/// Turns that are the first ones.
+const FIRST_TURNS: u64 = 1 << 18;
 
 /// The caches, and accesses gathered for them.
 struct Caches {
@@ -303,7 +306,7 @@ impl Interleaver {
         }
         self.turn[core] = if slot + 1 == self.slots { 0 } else { slot + 1 };
         self.turns += 1;
-        let sampled = self.turns.is_multiple_of(SAMPLED_TURNS);
+        let sampled = self.turns.is_multiple_of(SAMPLED_TURNS[usize::from(self.turns > FIRST_TURNS)]);
         let before = sampled.then(|| self.caches.misses());
         let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
         let Slot { words, next, end, number } = slot;

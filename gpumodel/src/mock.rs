@@ -104,6 +104,7 @@ pub(crate) fn config(gpu: Gpu) -> ReplayConfig {
         node_records: NodeRecords::Packed,
         node_order: NodeOrder::AsBuilt,
         fidelity: crate::replay::Fidelity::Replay,
+        keeps_misses: false,
     }
 }
 

@@ -74,6 +74,8 @@ pub struct ReplayConfig {
     pub node_order: NodeOrder,
     /// How time is found.
     pub fidelity: Fidelity,
+    /// Every request to memory is kept, 24 bytes each; on the rung [`Fidelity::Timed`].
+    pub keeps_misses: bool,
 }
 
 /// A frame's counts.

@@ -11,6 +11,8 @@ const RATE_TOLERANCE: f64 = 1.005;
 /// Saturates at `u64::MAX` where a legal but absurd bandwidth would overflow, and is never 0 for a burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DramTimings {
+    /// The command clock, at least 1.
+    pub clock: u64,
     /// Data of one burst on the bus.
     pub burst: u64,
     /// Read command to its first data (RL, nCL).
@@ -73,6 +75,7 @@ impl DramTimings {
         let gap = whole(waits.read_strobe) + whole(waits.write_preamble);
         let (burst_ps, read_to_write) = (ps(burst).max(1), ps(read + burst + gap - write));
         Self {
+            clock: ps(clock).max(1),
             burst: burst_ps,
             read_latency: ps(read),
             write_latency: ps(write),

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::interleave::KindPaths;
 use crate::layout::{BufferKind, Buffers};
 use crate::warp::Run;
-use cachesim::{Done, Dram, Hierarchy, LineId, MAX_LEVELS};
+use cachesim::{Access, Done, Dram, Hierarchy, LineId, MemoryRequest};
 use std::collections::{HashMap, VecDeque};
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -43,6 +43,10 @@ pub(super) struct Memory {
     dram: Dram,
     cycles_per_ps: f64,
     done: Vec<Done>,
+    /// All requests, where they are kept.
+    pub(super) log: Option<Vec<MissRequest>>,
+    /// What the latest access asks of memory.
+    in_memory: Vec<MemoryRequest>,
     /// Warps whose data arrive, and when; to be emptied after every call.
     pub(super) arrivals: Vec<(u32, f64)>,
     /// Reads on their way to or from memory.
@@ -51,6 +55,17 @@ pub(super) struct Memory {
     pub(super) missed: u32,
     /// By run key, as the interleaver counts them.
     pub(super) traffic: Vec<crate::counters::BufferTraffic>,
+}
+
+/// A request as it arrives at the memory controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MissRequest {
+    /// When, in picoseconds since the start of the frame.
+    pub at_ps: u64,
+    /// Of its first byte.
+    pub address: u64,
+    /// It writes.
+    pub write: bool,
 }
 
 /// How the lines of a run reach the caches.
@@ -168,6 +183,8 @@ impl Memory {
             dram,
             cycles_per_ps,
             done: Vec::new(),
+            log: None,
+            in_memory: Vec::new(),
             arrivals: Vec::new(),
             reads_outstanding: 0,
             missed: 0,
@@ -189,12 +206,10 @@ impl Memory {
         let Some(route) = &self.routes[key] else { return Reply::At(at) };
         let (base, stride) = route.private;
         let line = base + u64::from(place) * stride + u64::from(line);
-        let (id, unit) = ([LineId::new(line)], core.min(self.hierarchy.units() - 1));
-        let served = if route.write {
-            self.hierarchy.write(route.path, unit, &id)
-        } else {
-            self.hierarchy.read(route.path, unit, &id)
-        };
+        let unit = core.min(self.hierarchy.units() - 1);
+        let access = Access::new(LineId::new(line), route.write);
+        self.in_memory.clear();
+        let (served, missed) = self.hierarchy.follow(route.path, unit, access, &mut self.in_memory);
         let again = u64::from(run.repeats()) - 1;
         let traffic = &mut self.traffic[key];
         traffic.levels[route.levels[0]].accesses += again;
@@ -207,19 +222,15 @@ impl Memory {
         traffic.dram_write_bytes += served.memory.write_bytes;
 
         let address = line << route.line_shift;
-        let missed = served.levels[..MAX_LEVELS].iter().take_while(|level| level.misses > 0).count();
+        let read = self.in_memory.first().filter(|request| !request.write);
         let request = Request {
             place: if route.write { NOBODY } else { place },
             core,
             key: key as u32,
             address,
-            missed: if served.memory.reads > 0 {
-                route.levels.len()
-            } else {
-                missed.min(route.levels.len() - 1)
-            },
+            missed,
             held: 0,
-            bytes: served.memory.read_bytes as u32,
+            bytes: read.map_or(0, |request| request.bytes),
             write: false,
             at,
         };
@@ -230,16 +241,16 @@ impl Memory {
                     level.reserve(core, address, now, level.line_cycles);
                 }
             }
-            if served.memory.reads > 0 {
-                self.to_memory(request, events);
-            }
             Reply::At(at)
         } else {
             self.descend(request, None, 0, (now, at), run.repeats(), events)
         };
-        if served.memory.writes > 0 {
-            let bytes = served.memory.write_bytes as u32;
-            self.to_memory(Request { place: NOBODY, write: true, bytes, ..request }, events);
+        // A store waits for nothing, and neither does a line on its way out.
+        for index in 0..self.in_memory.len() {
+            let MemoryRequest { address, bytes, write } = self.in_memory[index];
+            if write || request.place == NOBODY {
+                self.to_memory(Request { place: NOBODY, address, bytes, write, ..request }, events);
+            }
         }
         reply
     }
@@ -389,6 +400,11 @@ impl Memory {
             self.free_requests.push(number);
         }
         let now = self.to_ps(now);
+        // A line of the last cache may be longer than the first one's.
+        let address = if write { address } else { address - address % u64::from(bytes.max(1)) };
+        if let Some(log) = &mut self.log {
+            log.push(MissRequest { at_ps: now, address, write });
+        }
         self.dram.submit(now, address, bytes, write, if awaited { number } else { POSTED });
     }
 

@@ -16,6 +16,7 @@ mod memory;
 pub(crate) use self::core::servers;
 use self::core::{Core, Issue, Rates, Warp};
 use self::events::{Event, Events};
+pub use self::memory::MissRequest;
 use self::memory::{Memory, Reply};
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
@@ -97,6 +98,8 @@ pub struct TimedFrame {
     pub phases: Vec<(Pass, TimedPhase)>,
     /// What the memory controller saw.
     pub dram: cachesim::DramStats,
+    /// Every request, in order of time; empty unless [`ReplayConfig::keeps_misses`](crate::ReplayConfig::keeps_misses).
+    pub misses: Vec<MissRequest>,
 }
 
 impl Machine {
@@ -131,6 +134,11 @@ impl Machine {
             misses: Vec::new(),
             maps,
         })
+    }
+
+    /// Keeps every request to memory.
+    pub(crate) fn keep_misses(&mut self) {
+        self.memory.log = Some(Vec::new());
     }
 
     /// Queues the warps of a tile.
@@ -211,12 +219,13 @@ impl Machine {
             warps: self.warps,
         };
         let dram = self.memory.dram().stats();
+        let misses = self.memory.log.take().unwrap_or_default();
         Finished {
             traffic,
             flush,
             schedule,
             phases: Vec::new(),
-            timed: Some(TimedFrame { phases: self.phases, dram }),
+            timed: Some(TimedFrame { phases: self.phases, dram, misses }),
         }
     }
 

@@ -18,6 +18,7 @@ pub(crate) fn config(technique: &str) -> ReplayConfig {
         node_records: NodeRecords::Packed,
         node_order: NodeOrder::DepthFirst,
         fidelity: gpumodel::Fidelity::Replay,
+        keeps_misses: false,
     }
 }
 
