@@ -5,6 +5,7 @@ mod cache;
 mod compare;
 mod determinism;
 mod machine;
+mod miss_trace;
 mod outputs;
 mod render;
 mod results;
