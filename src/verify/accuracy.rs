@@ -8,7 +8,7 @@ use crate::commands::trace::record_all;
 use crate::console;
 use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
-use crate::meter::timed;
+use crate::meter::timed_on_thread;
 use crate::settings::FrameSettings;
 use crate::vary::traversal_name;
 use anyhow::{anyhow, bail};
@@ -103,7 +103,7 @@ fn point(trace: &TraceFile, traversal: &str, gpu: &Rungs) -> anyhow::Result<Poin
 /// What a machine's rung says of the trace, and the resource that decides its time.
 fn replayed(trace: &TraceFile, machine: &Machine) -> anyhow::Result<(Figures, &'static str)> {
     let config = &machine.config;
-    let (replayed, run_s) = timed(|| gpumodel::replay(trace, config, Maps::Dropped, &|_, _| {}));
+    let (replayed, run_s) = timed_on_thread(|| gpumodel::replay(trace, config, Maps::Dropped, &|_, _| {}));
     let estimate = gpumodel::estimate(&replayed?, trace.header(), trace.topology(), config);
     let figures = Figures {
         frame_time_ms: number(&estimate, "frame_time_ms")?,

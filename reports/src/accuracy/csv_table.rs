@@ -2,7 +2,7 @@
 
 use super::{Accuracy, outcome};
 
-/// The columns; errors are ratios, `run_s` are seconds of this machine on one thread.
+/// The columns; errors are ratios, `run_s` are seconds of one processor of this machine.
 pub const COLUMNS: [&str; 15] = [
     "id",
     "scene",

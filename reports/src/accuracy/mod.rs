@@ -37,7 +37,7 @@ pub struct Figures {
     pub dram_read_bytes: f64,
     /// Bytes written to DRAM.
     pub dram_write_bytes: f64,
-    /// Seconds of this machine, on one thread.
+    /// Seconds of one processor of this machine.
     pub run_s: f64,
 }
 

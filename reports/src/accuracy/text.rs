@@ -23,19 +23,18 @@ pub fn write(accuracy: &Accuracy, style: Style) -> String {
     }
     let misses = points.iter().filter(|point| !point.misses(limits).is_empty()).count();
     line!(out, "{} frames, {} of them beyond a limit.", points.len(), misses);
-    for (title, groups) in [
+    let groups = [
         ("GPU", accuracy.errors_by(|point| &point.gpu)),
         ("scene", accuracy.errors_by(|point| &point.scene)),
         ("traversal", accuracy.errors_by(|point| &point.traversal)),
-    ] {
-        write_groups(&mut out, title, &groups, style);
-    }
+    ];
+    write_groups(&mut out, &groups, style);
     write_points(&mut out, accuracy, style);
     let [ours_s, reference_s] = accuracy.run_s();
     line!(out);
     line!(
         out,
-        "Run time on one thread: {ours} {} s, {reference} {} s, {} times as long.",
+        "Processor time for all frames: {ours} {} s, {reference} {} s, {} times as long.",
         units::digits(ours_s),
         units::digits(reference_s),
         units::digits(reference_s / ours_s)
@@ -43,13 +42,19 @@ pub fn write(accuracy: &Accuracy, style: Style) -> String {
     out
 }
 
-fn write_groups(out: &mut String, title: &str, groups: &[Errors], style: Style) {
-    let width = groups.iter().map(|group| group.name.chars().count()).max().unwrap_or(0).max(title.len());
-    line!(out);
-    line!(out, "{}", style.bold(&format!("{title:<width$}  {:>6}  {:>9}  {:>9}", "frames", "mean", "worst")));
-    for Errors { name, frames, mean, worst } in groups {
-        let [mean, worst] = [mean, worst].map(|error| format!("{:.1} %", 100.0 * error));
-        line!(out, "{name:<width$}  {frames:>6}  {mean:>9}  {worst:>9}");
+fn write_groups(out: &mut String, groups: &[(&str, Vec<Errors>)], style: Style) {
+    let names = groups
+        .iter()
+        .flat_map(|(title, errors)| errors.iter().map(|errors| errors.name.as_str()).chain([*title]));
+    let width = names.map(|name| name.chars().count()).max().unwrap_or(0);
+    for (title, errors) in groups {
+        line!(out);
+        let heading = format!("{title:<width$}  {:>6}  {:>9}  {:>9}", "frames", "mean", "worst");
+        line!(out, "{}", style.bold(&heading));
+        for Errors { name, frames, mean, worst } in errors {
+            let [mean, worst] = [mean, worst].map(|error| format!("{:.1} %", 100.0 * error));
+            line!(out, "{name:<width$}  {frames:>6}  {mean:>9}  {worst:>9}");
+        }
     }
 }
 
