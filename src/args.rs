@@ -246,6 +246,8 @@ pub(crate) struct VerifyArgs {
 pub(crate) enum VerifyWhat {
     /// Say for each statement of a paper whether the model reproduces it.
     Claims(ClaimsArgs),
+    /// Say how far the quick rung of fidelity is from the simulated one, frame by frame.
+    Accuracy(AccuracyArgs),
 }
 
 #[derive(Args, Debug)]
@@ -263,6 +265,34 @@ pub(crate) struct ClaimsArgs {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
     /// Also write the verdicts, and the counterparts of the paper's charts and heat maps, into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct AccuracyArgs {
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml; may be given again [default: every built-in scene].
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) scene: Vec<String>,
+    /// A described GPU by name, or a file that describes one; may be given again [default: adreno-540, adreno-640, mali-g78,
+    /// mali-g715].
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
+    pub(crate) gpu: Vec<String>,
+    /// Structure and traversal; may be given again [default: bvh-parent-link, bvh-restart-trail, kd-push-down, kd-backtrack].
+    #[arg(long, value_name = "T", value_delimiter = ',')]
+    pub(crate) traversal: Vec<String>,
+    /// Size of the images in pixels [default: 512x512].
+    #[arg(long, value_name = "WxH")]
+    pub(crate) size: Option<String>,
+    /// Only see that it works: two scenes, two traversals, two GPUs and small images, where these are not given.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    /// Also write the tables and charts into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]

@@ -25,6 +25,14 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (result, start.elapsed().as_secs_f64())
 }
 
+/// Runs `work`, which keeps to this thread, and says how many seconds of a processor it took; of the clock where that is not known.
+pub(crate) fn timed_on_thread<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let before = thread_cpu_s();
+    let (result, wall_s) = timed(work);
+    let cpu_s = before.zip(thread_cpu_s()).map(|(before, after)| after - before);
+    (result, cpu_s.unwrap_or(wall_s))
+}
+
 /// Most bytes of memory that this process held at once; known on Linux.
 pub(crate) fn peak_rss_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

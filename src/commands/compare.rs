@@ -92,7 +92,7 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
 }
 
 /// Refuses what would only be found after the first scene's work: a scene that is not there, or one that cannot be told from another.
-fn check_scenes(specs: &[String]) -> anyhow::Result<()> {
+pub(super) fn check_scenes(specs: &[String]) -> anyhow::Result<()> {
     let name = |spec: &str| Path::new(spec).file_name().map(|name| name.to_string_lossy().into_owned());
     for (index, spec) in specs.iter().enumerate() {
         if specs[..index].iter().any(|other| name(other) == name(spec)) {

@@ -1,5 +1,6 @@
 //! One file per command: parse, call, print.
 
+mod accuracy;
 pub(crate) mod cache;
 pub(crate) mod check;
 pub(crate) mod compare;

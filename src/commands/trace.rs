@@ -46,6 +46,11 @@ pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// Writes the trace file of all tiles.
+pub(crate) fn record_all(tracer: &FrameTracer<'_>, out: &std::path::Path) -> anyhow::Result<()> {
+    record(tracer, out, None).map(drop)
+}
+
 /// Traces all tiles, batch by batch, and writes them in order. Returns the file's size and its number of steps.
 fn record(
     tracer: &FrameTracer<'_>,

@@ -19,6 +19,7 @@ const QUICK: [u32; 2] = [64, 64];
 pub(crate) fn run(args: &VerifyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     match &args.what {
         VerifyWhat::Claims(args) => verify_claims(args, meter),
+        VerifyWhat::Accuracy(args) => super::accuracy::run(args, meter),
     }
 }
 

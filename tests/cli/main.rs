@@ -1,5 +1,6 @@
 //! Does the command line do what it says: results, files, exit codes, refusals?
 
+mod accuracy;
 mod bad_input;
 mod cache;
 mod compare;
@@ -10,6 +11,7 @@ mod outputs;
 mod render;
 mod results;
 mod support;
+mod timed;
 mod vendor;
 mod verify;
 mod whatif;
