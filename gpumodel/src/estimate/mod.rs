@@ -6,10 +6,11 @@ mod values;
 
 pub use bounds::Bound;
 
-use crate::config::{Attachments, Stage};
+use crate::config::{Attachments, Gpu, Stage};
 use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{ReplayConfig, Replayed};
+use crate::windows::PhaseWindows;
 use bounds::Demand;
 use tracer::{LoopStructure, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
@@ -140,6 +141,22 @@ pub fn estimate(
         left_out: left_out(config),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
         bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
+    }
+}
+
+/// Seconds under contention of a phase that is one pass; where it touches no memory, its longest bound.
+pub(crate) fn phase_seconds(
+    pass: Pass,
+    counters: &PassCounters,
+    phases: &[PhaseWindows],
+    resident_warps: u32,
+    gpu: &Gpu,
+) -> f64 {
+    let demand = Demand::of(pass, counters, resident_warps, gpu);
+    let phase = contention::Phase { counters, demand: &demand, path: bounds::path(pass, gpu), gpu };
+    match phases.first() {
+        Some(of) => phase.contended(&of.windows).seconds,
+        None => largest(&demand.bounds()).map_or(0.0, |(_, bound)| bound.seconds),
     }
 }
 
