@@ -353,7 +353,8 @@ impl<'a> Variant<'a> {
             hierarchy.granule(paths.ssbo),
             hierarchy.granule(paths.private),
         )?;
-        let engine = Engine::new(config.fidelity, gpu, hierarchy, paths, buffers.places(), resident_warps, maps)?;
+        let engine =
+            Engine::new(config.fidelity, gpu, hierarchy, paths, buffers.places(), resident_warps, maps)?;
         let program = Arc::new(Program::new(header, buffers, config)?);
         let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
         let empty = || empty_map(header.frame);

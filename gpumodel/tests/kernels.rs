@@ -10,7 +10,11 @@ fn gpu(name: &str) -> Gpu {
 #[track_caller]
 fn assert_within(percent: f64, found: f64, expected: f64, what: &str) {
     let error = found / expected - 1.0;
-    assert!(100.0 * error.abs() <= percent, "{what}: {found:e}, expected {expected:e}: {:+.2} %", 100.0 * error);
+    assert!(
+        100.0 * error.abs() <= percent,
+        "{what}: {found:e}, expected {expected:e}: {:+.2} %",
+        100.0 * error
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What `raybudget verify` measures.
 
+pub(crate) mod hardware;
 pub(crate) mod measure;
 mod metrics;
 pub(crate) mod paper_charts;

@@ -181,8 +181,8 @@ impl Kernel for Probe<'_> {
                 let turns = if copies { 2 * STREAM_TURNS } else { STREAM_TURNS };
                 let (part, write) = if copies { (turn / 2, turn % 2 == 1) } else { (turn, false) };
                 for load_number in 0..UNROLLED {
-                    let row = u64::from(warp * STREAM_TURNS + part) * u64::from(UNROLLED)
-                        + u64::from(load_number);
+                    let row =
+                        u64::from(warp * STREAM_TURNS + part) * u64::from(UNROLLED) + u64::from(load_number);
                     let of_lane =
                         |lane: u32| (row * u64::from(self.width) + u64::from(lane)) * u64::from(element);
                     let behind = if write { footprint.next_multiple_of(PAGE_BYTES) } else { 0 };
@@ -197,8 +197,7 @@ impl Kernel for Probe<'_> {
                 for sample in 0..samples {
                     let place = |lane: u32| {
                         let pixel = u64::from(warp) * u64::from(self.width) + u64::from(lane);
-                        let address =
-                            below(texels, pixel << 8 | u64::from(sample)) * u64::from(TEXEL_BYTES);
+                        let address = below(texels, pixel << 8 | u64::from(sample)) * u64::from(TEXEL_BYTES);
                         match pages {
                             Pages::Contiguous => address,
                             Pages::Scattered => {
@@ -220,7 +219,8 @@ impl Kernel for Probe<'_> {
             }
             Pattern::Branch { divergent } => {
                 let side = |lane: u32| {
-                    let decides = if divergent { u64::from(warp * self.width + lane) } else { u64::from(warp) };
+                    let decides =
+                        if divergent { u64::from(warp * self.width + lane) } else { u64::from(warp) };
                     hash(decides) & 1 == 0
                 };
                 let sides = [true, false].into_iter();
