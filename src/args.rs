@@ -248,6 +248,29 @@ pub(crate) enum VerifyWhat {
     Claims(ClaimsArgs),
     /// Say how far the quick rung of fidelity is from the simulated one, frame by frame.
     Accuracy(AccuracyArgs),
+    /// Run the access patterns of published measurements of real GPUs; exit code 1 when a row or a mean misses its limit.
+    Hardware(HardwareArgs),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct HardwareArgs {
+    /// Only the rows of this GPU.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) gpu: Option<String>,
+    /// How the judging time is found: timed or replay. The other stands beside it.
+    #[arg(long, default_value = "timed", value_parser = ["timed", "replay"])]
+    pub(crate) fidelity: String,
+    /// Only the judging rung, and no experiments.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    /// Also write the table and charts of the model beside what was published into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }
 
 #[derive(Args, Debug)]

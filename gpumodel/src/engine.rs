@@ -1,10 +1,11 @@
 //! What runs the warps of a frame: in turns, or event by event.
 
+use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::error::Error;
 use crate::interleave::{Interleaver, KindPaths};
-use crate::layout::Buffers;
-use crate::replay::{Fidelity, Maps, ReplayConfig};
+use crate::layout::Places;
+use crate::replay::{Fidelity, Maps};
 use crate::timed::{Machine, TimedFrame};
 use crate::warp::TileStream;
 use crate::windows::PhaseWindows;
@@ -35,26 +36,29 @@ impl Engine {
     /// # Errors
     /// When the GPU's memory cannot be as described.
     pub(crate) fn new(
-        config: &ReplayConfig,
+        fidelity: Fidelity,
+        gpu: &Gpu,
         hierarchy: Hierarchy,
         paths: KindPaths,
-        buffers: &Buffers,
+        places: Places,
         resident_warps: u32,
         maps: Maps,
     ) -> Result<Self, Error> {
-        let gpu = &config.gpu;
-        Ok(match config.fidelity {
+        Ok(match fidelity {
             Fidelity::Replay => {
-                Self::Interleaved(Interleaver::new(gpu, hierarchy, paths, buffers, resident_warps, maps))
+                Self::Interleaved(Interleaver::new(gpu, hierarchy, paths, places, resident_warps, maps))
             }
             Fidelity::Timed => {
-                let mut machine = Machine::new(gpu, hierarchy, paths, buffers, resident_warps, maps)?;
-                if config.keeps_misses {
-                    machine.keep_misses();
-                }
-                Self::Timed(machine)
+                Self::Timed(Machine::new(gpu, hierarchy, paths, places, resident_warps, maps)?)
             }
         })
+    }
+
+    /// Keeps every request to memory, where there are times.
+    pub(crate) fn keep_misses(&mut self) {
+        if let Self::Timed(machine) = self {
+            machine.keep_misses();
+        }
     }
 
     /// Queues the warps of a tile.

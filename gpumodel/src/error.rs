@@ -27,6 +27,14 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
+    /// A kernel asks for what the GPU does not have.
+    #[error("kernel: {problem}; {remedy}")]
+    Kernel {
+        /// What was found and what was expected.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
     /// The trace could not be read or made.
     #[error(transparent)]
     Source(#[from] tracer::Error),

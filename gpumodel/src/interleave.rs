@@ -7,7 +7,7 @@
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters, WaitCounters};
 use crate::engine::Finished;
-use crate::layout::{BufferKind, Buffers};
+use crate::layout::{BufferKind, Places};
 use crate::replay::Maps;
 use crate::warp::{Run, TileStream};
 use crate::windows::{Seen, WindowLog};
@@ -148,23 +148,11 @@ impl Interleaver {
         gpu: &Gpu,
         hierarchy: Hierarchy,
         paths: KindPaths,
-        buffers: &Buffers,
+        places: Places,
         resident_warps: u32,
         maps: Maps,
     ) -> Self {
-        let stacks = (buffers.stack_base_line, buffers.stack_stride_lines);
-        Self::with_stacks(gpu, hierarchy, paths, stacks, resident_warps, maps)
-    }
-
-    /// `stacks`: first line, and lines per resident warp.
-    fn with_stacks(
-        gpu: &Gpu,
-        hierarchy: Hierarchy,
-        paths: KindPaths,
-        stacks: (u32, u32),
-        resident_warps: u32,
-        maps: Maps,
-    ) -> Self {
+        let stacks = (places.stack_base_line, places.stack_stride_lines);
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
@@ -494,11 +482,11 @@ mod tests {
     fn interleaver(resident: u32) -> Interleaver {
         let machine = gpu(&[]);
         let (hierarchy, paths) = Hierarchy::with_paths(machine.levels(), &machine.paths.as_slices()).unwrap();
-        Interleaver::with_stacks(
+        Interleaver::new(
             &machine,
             hierarchy,
             KindPaths::new(&paths),
-            (1000, 10),
+            Places { stack_base_line: 1000, stack_stride_lines: 10, end: 0 },
             resident,
             Maps::Dropped,
         )

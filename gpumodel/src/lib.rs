@@ -13,6 +13,7 @@ mod error;
 mod estimate;
 mod geometry;
 mod interleave;
+pub mod kernel;
 mod layout;
 #[cfg(test)]
 mod mock;

@@ -355,7 +355,11 @@ impl<'a> Variant<'a> {
             hierarchy.granule(paths.ssbo),
             hierarchy.granule(paths.private),
         )?;
-        let engine = Engine::new(config, hierarchy, paths, &buffers, resident_warps, maps)?;
+        let mut engine =
+            Engine::new(config.fidelity, gpu, hierarchy, paths, buffers.places(), resident_warps, maps)?;
+        if config.keeps_misses {
+            engine.keep_misses();
+        }
         let program = Arc::new(Program::new(header, buffers, config)?);
         let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
         let empty = || empty_map(header.frame);

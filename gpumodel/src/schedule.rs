@@ -77,6 +77,14 @@ pub(crate) fn z_order(x: u32, y: u32) -> u32 {
     (0..16).fold(0, |code, bit| code | (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1))
 }
 
+/// As [`resident_warps`]; 0 where a lane needs more registers than the file has.
+pub(crate) fn warps_that_fit(gpu: &Gpu, registers: u32) -> u32 {
+    let sizes = &gpu.registers.sizes_vec4;
+    let given = sizes.iter().copied().find(|&size| size >= registers).or(sizes.last().copied());
+    let warps = gpu.registers.vec4 / given.unwrap_or(registers.max(1)) * gpu.registers.granularity;
+    warps.min(gpu.cores.warp_slots)
+}
+
 /// Warps that a core holds at once, by the rule of Mesa's `ir3_get_reg_dependent_max_waves`:
 /// `vec4 / registers * granularity`, the quotient rounded down, and at most the slots. Where lanes are given registers in
 /// fixed numbers ([`Registers::sizes_vec4`](crate::Registers::sizes_vec4)), the next larger one counts.
@@ -84,9 +92,7 @@ pub(crate) fn z_order(x: u32, y: u32) -> u32 {
 /// # Errors
 /// When a lane needs more registers than the file has.
 pub(crate) fn resident_warps(gpu: &Gpu, registers: u32, header: &TraceHeader) -> Result<u32, Error> {
-    let sizes = &gpu.registers.sizes_vec4;
-    let given = sizes.iter().copied().find(|&size| size >= registers).or(sizes.last().copied());
-    let warps = gpu.registers.vec4 / given.unwrap_or(registers) * gpu.registers.granularity;
+    let warps = warps_that_fit(gpu, registers);
     if warps == 0 {
         return Err(Error::Trace {
             scene: header.scene.clone(),
@@ -98,7 +104,7 @@ pub(crate) fn resident_warps(gpu: &Gpu, registers: u32, header: &TraceHeader) ->
             remedy: "shorten the short stack".to_owned(),
         });
     }
-    Ok(warps.min(gpu.cores.warp_slots))
+    Ok(warps)
 }
 
 #[cfg(test)]

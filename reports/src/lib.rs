@@ -1,7 +1,8 @@
 //! Reports of ray-tracing cost estimates: one [`Report`], many writers.
 //!
 //! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`], [`chart`] and [`image`](mod@image) for eyes, [`comparison`] for several
-//! reports side by side, [`vendor`] for the names of the makers' profilers, [`budget`] for gates, [`claims`] for statements of others, [`accuracy`] for one rung of fidelity against another. Every writer takes the same value, so that no
+//! reports side by side, [`vendor`] for the names of the makers' profilers, [`budget`] for gates, [`claims`] for statements of others,
+//! [`hardware`] for measurements of others, [`accuracy`] for one rung of fidelity against another. Every writer takes the same value, so that no
 //! two of them can disagree. A counter that a scene or a GPU does not have keeps the reason for its absence through all of
 //! them. The crate writes into memory and never prints.
 
@@ -14,6 +15,7 @@ mod counters;
 pub mod csv_table;
 mod error;
 mod from_estimate;
+pub mod hardware;
 pub mod heat_map;
 pub mod image;
 pub mod json;

@@ -1,16 +1,19 @@
 //! `raybudget verify`: what others have stated or measured, held against this model.
 
 use crate::Outcome;
-use crate::args::{ClaimsArgs, Format, VerifyArgs, VerifyWhat};
+use crate::args::{ClaimsArgs, Format, HardwareArgs, VerifyArgs, VerifyWhat};
 use crate::console;
 use crate::meter::{self, Meter};
 use crate::output::OutputFolder;
 use crate::report::TOOL;
 use crate::settings::start_threads;
+use crate::verify::hardware as probes;
 use crate::verify::measure::{self, Conditions, Measured};
 use crate::verify::paper_charts;
 use anyhow::bail;
+use gpumodel::Fidelity;
 use reports::claims::{self, ClaimSet, EMBEDDED, Verdict};
+use reports::hardware;
 use serde_json::json;
 
 /// Side of the images of a quick run.
@@ -20,7 +23,58 @@ pub(crate) fn run(args: &VerifyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     match &args.what {
         VerifyWhat::Claims(args) => verify_claims(args, meter),
         VerifyWhat::Accuracy(args) => super::accuracy::run(args, meter),
+        VerifyWhat::Hardware(args) => verify_hardware(args, meter),
     }
+}
+
+fn verify_hardware(args: &HardwareArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    let mut rows = hardware::parse(hardware::MEASUREMENTS, "configs/hardware/measurements.toml")?;
+    if let Some(gpu) = &args.gpu {
+        let mut known: Vec<String> = rows.iter().map(|row| row.gpu.clone()).collect();
+        known.dedup();
+        rows.retain(|row| row.gpu == *gpu);
+        if rows.is_empty() {
+            bail!("--gpu {gpu}: nothing was measured on it; use one of: {}", known.join(", "));
+        }
+    }
+    start_threads(args.run.threads)?;
+    let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+    if let Some(folder) = &folder {
+        folder.check(&["hardware.md", "hardware.json", "hardware.csv"])?;
+    }
+    let judge = Fidelity::from_name(&args.fidelity).unwrap_or(Fidelity::Timed);
+    let others = Fidelity::ALL.into_iter().filter(|&rung| rung != judge && !args.quick);
+    let rungs = std::iter::once(judge).chain(others).collect();
+    let verdicts = probes::all(&rows, &probes::Conditions { rungs, experiments: !args.quick })?;
+    let summary = hardware::Summary::new(&verdicts);
+    let run = json!({
+        "tool": TOOL,
+        "judge": judge.name(),
+        "quick": args.quick,
+        "threads": rayon::current_num_threads(),
+        "wall_s": meter.wall_s(),
+        "peak_rss_bytes": meter::peak_rss_bytes(),
+    });
+    let json = hardware::json_text(&verdicts, &summary, &run);
+    let csv = hardware::csv_text(&verdicts);
+    if let Some(folder) = folder {
+        let mut files: Vec<(String, Vec<u8>)> = vec![
+            ("hardware.md".to_owned(), hardware::markdown(&verdicts, &summary, judge.name()).into()),
+            ("hardware.json".to_owned(), json.clone().into()),
+            ("hardware.csv".to_owned(), csv.clone().into()),
+        ];
+        for (stem, chart) in hardware::charts(&verdicts, judge.name()) {
+            files.push((format!("{stem}.svg"), chart.svg()?.into_bytes()));
+            files.push((format!("{stem}.png"), chart.png()?));
+        }
+        folder.write_all(&files)?;
+    }
+    console::print(&match args.format {
+        Format::Text => hardware::text(&verdicts, &summary, judge.name(), console::style()),
+        Format::Json => json,
+        Format::Csv => csv,
+    })?;
+    Ok(if summary.passes() { Outcome::Done } else { Outcome::CheckFailed })
 }
 
 fn verify_claims(args: &ClaimsArgs, meter: &Meter) -> anyhow::Result<Outcome> {

@@ -1,6 +1,7 @@
 //! What `raybudget verify` measures.
 
 pub(crate) mod accuracy;
+pub(crate) mod hardware;
 pub(crate) mod measure;
 mod metrics;
 pub(crate) mod paper_charts;

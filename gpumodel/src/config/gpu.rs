@@ -375,6 +375,16 @@ impl Gpu {
         cache_latency(&self.caches, &self.paths.texture, &self.texture, path, place) + memory
     }
 
+    /// Lines that can be on their way to a core at once for reads that take `path`: those of the texture unit where it begins with
+    /// that unit's cache, otherwise those of the load/store unit.
+    pub fn lines_in_flight(&self, path: &[usize]) -> u32 {
+        if path.first() == self.paths.texture.first() {
+            self.texture.lines_in_flight
+        } else {
+            self.load_store.lines_in_flight
+        }
+    }
+
     /// The caches as the cache simulator takes them, in the order of [`Self::caches`].
     pub fn levels(&self) -> &Levels {
         &self.levels

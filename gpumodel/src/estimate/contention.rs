@@ -119,7 +119,7 @@ impl InPhase<'_> {
             stations,
         };
         let in_flight = InFlight {
-            places: f64::from(gpu.load_store.lines_in_flight),
+            places: f64::from(gpu.lines_in_flight(path)),
             lines: lines / window_turns,
             latency: line_cycles / gpu.clock.hz,
             variability: (squares / (line_cycles * line_cycles) - 1.0).max(0.0),

@@ -8,12 +8,13 @@ mod values;
 pub use bounds::Bound;
 pub use time::StackPart;
 
-use crate::config::{Attachments, Stage};
-use crate::counters::{BufferTraffic, CounterSet, Pass, TrafficCounters};
+use crate::config::{Attachments, Gpu, Stage};
+use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
+use crate::windows::PhaseWindows;
 use bounds::Demand;
-use time::{PHASES, PhaseTime, add};
+use time::{PHASES, PhaseTime, Record, add};
 use tracer::{LoopStructure, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
@@ -100,9 +101,11 @@ pub fn estimate(
     let (mut stack, mut residual) = (Vec::new(), 0.0_f64);
     for phase in PHASES {
         let of_phase: Vec<Demand> = phase.iter().map(|&pass| demands[pass as usize]).collect();
-        let Some(time) = PhaseTime::of(phase, &Demand::sum(&of_phase), replayed, &config.gpu) else {
-            continue;
-        };
+        let mut together = PassCounters::default();
+        phase.iter().for_each(|&pass| together += *counters.pass(pass));
+        let record = Record::of(replayed, phase);
+        let time = PhaseTime::of((phase[0], &together), &Demand::sum(&of_phase), record, &config.gpu);
+        let Some(time) = time else { continue };
         let PhaseTime { largest, place, .. } = time;
         for (&pass, demand) in phase.iter().zip(&of_phase) {
             deciding[pass as usize] = largest.name;
@@ -136,6 +139,19 @@ pub fn estimate(
         residual,
         bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
     }
+}
+
+/// Seconds under contention of a phase that is one pass; where it touches no memory, its longest bound.
+pub(crate) fn phase_seconds(
+    pass: Pass,
+    counters: &PassCounters,
+    phases: &[PhaseWindows],
+    resident_warps: u32,
+    gpu: &Gpu,
+) -> f64 {
+    let demand = Demand::of(pass, counters, resident_warps, gpu);
+    let windows = phases.first().map(|of| of.windows.as_slice());
+    PhaseTime::of((pass, counters), &demand, Record::Windows(windows), gpu).map_or(0.0, |time| time.seconds)
 }
 
 fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {

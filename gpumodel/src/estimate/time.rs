@@ -6,6 +6,7 @@ use crate::config::Gpu;
 use crate::counters::{Pass, PassCounters};
 use crate::replay::Replayed;
 use crate::timed::{TimedPhase, WarpCycles};
+use crate::windows::Window;
 
 /// A part of the time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,12 +34,41 @@ pub(super) struct PhaseTime {
     pub(super) residual: f64,
 }
 
+/// What a rung recorded of a phase; `None` if no warp of it touched memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Record<'a> {
+    Simulated(Option<&'a TimedPhase>),
+    Windows(Option<&'a [Window]>),
+}
+
+impl<'a> Record<'a> {
+    /// Of the phase that these passes are.
+    pub(super) fn of(replayed: &'a Replayed, phase: &[Pass]) -> Self {
+        match &replayed.timed {
+            Some(frame) => {
+                let found = frame.phases.iter().find(|(first, _)| phase.contains(first));
+                Self::Simulated(found.map(|(_, phase)| phase))
+            }
+            None => {
+                let found = replayed.phases.iter().find(|of| phase.contains(&of.first));
+                Self::Windows(found.map(|of| of.windows.as_slice()))
+            }
+        }
+    }
+}
+
 impl PhaseTime {
-    /// Of passes that run at the same time and need `demand` together; `None` if they need nothing.
+    /// Of passes that run at the same time: the first of them, what they count together, and what they need together; `None` if
+    /// they need nothing.
     ///
     /// Simulated time where there is one, else time under contention; and never less than a bound, as those of fixed-function
     /// units are not simulated.
-    pub(super) fn of(phase: &[Pass], demand: &Demand, replayed: &Replayed, gpu: &Gpu) -> Option<Self> {
+    pub(super) fn of(
+        (first, counters): (Pass, &PassCounters),
+        demand: &Demand,
+        record: Record<'_>,
+        gpu: &Gpu,
+    ) -> Option<Self> {
         let bounds = demand.bounds();
         let (place, largest) =
             bounds.into_iter().enumerate().max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))?;
@@ -46,16 +76,16 @@ impl PhaseTime {
             return None;
         }
         let mut time = Self { seconds: 0.0, largest, place, stack: Vec::new(), residual: 0.0 };
-        if let Some(frame) = &replayed.timed {
-            if let Some((_, phase)) = frame.phases.iter().find(|(first, _)| phase.contains(first)) {
+        match record {
+            Record::Simulated(Some(phase)) => {
                 time.seconds = phase.cycles / gpu.clock.hz;
                 time.stack = simulated_stack(phase, time.seconds);
             }
-        } else if let Some(of) = replayed.phases.iter().find(|of| phase.contains(&of.first)) {
-            let mut counters = PassCounters::default();
-            phase.iter().for_each(|&pass| counters += *replayed.counters.pass(pass));
-            let in_phase = InPhase { counters: &counters, demand, path: path(phase[0], gpu), gpu };
-            time = in_phase.contended(&of.windows, time);
+            Record::Windows(Some(windows)) => {
+                let in_phase = InPhase { counters, demand, path: path(first, gpu), gpu };
+                time = in_phase.contended(windows, time);
+            }
+            Record::Simulated(None) | Record::Windows(None) => {}
         }
         let missing = largest.seconds - time.seconds;
         if missing > 0.0 {

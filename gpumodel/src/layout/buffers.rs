@@ -88,6 +88,17 @@ impl Reads {
     }
 }
 
+/// What the cores add to the addresses of a stream: where private memory lies, and where tile memory goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Places {
+    /// First line of the stacks.
+    pub(crate) stack_base_line: u32,
+    /// Lines of the stacks of one resident warp.
+    pub(crate) stack_stride_lines: u32,
+    /// Bytes that all buffers take together.
+    pub(crate) end: u64,
+}
+
 /// The addresses of a frame's buffers, in units of 16 bytes unless they are lines.
 #[derive(Debug)]
 pub(crate) struct Buffers {
@@ -255,6 +266,15 @@ impl Buffers {
             image_bytes,
             end: next,
         })
+    }
+
+    /// What the cores need to know of them.
+    pub(crate) fn places(&self) -> Places {
+        Places {
+            stack_base_line: self.stack_base_line,
+            stack_stride_lines: self.stack_stride_lines,
+            end: self.end,
+        }
     }
 
     /// Whether primitives are found through an index list.

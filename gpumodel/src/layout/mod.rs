@@ -7,7 +7,7 @@ mod primitive;
 mod records;
 
 pub use buffers::BufferBytes;
-pub(crate) use buffers::{BufferKind, Buffers, PIXEL_BYTES, Reads, STACK_ENTRY_BYTES};
+pub(crate) use buffers::{BufferKind, Buffers, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES};
 pub use node::{Field, NodeLayout};
 pub use order::NodeOrder;
 pub use primitive::PrimitiveLayout;

@@ -16,8 +16,6 @@ pub(super) struct Rates {
     pub(super) alu_cycles: f64,
     /// Cycles of one instruction of a warp on the elementary function unit.
     pub(super) efu_cycles: f64,
-    /// Lines on their way to a core, at most.
-    pub(super) lines_in_flight: usize,
 }
 
 impl Rates {
@@ -29,7 +27,6 @@ impl Rates {
             servers,
             alu_cycles: f64::from(servers) * width / cores.alu_lanes,
             efu_cycles: width / cores.efu_lanes,
-            lines_in_flight: gpu.load_store.lines_in_flight as usize,
         }
     }
 }

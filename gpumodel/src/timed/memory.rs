@@ -8,7 +8,7 @@ use super::events::{Event, Events, Promises};
 use crate::config::Gpu;
 use crate::error::Error;
 use crate::interleave::KindPaths;
-use crate::layout::{BufferKind, Buffers};
+use crate::layout::{BufferKind, Places};
 use crate::warp::Run;
 use cachesim::{Access, Done, Dram, Hierarchy, LineId, MemoryRequest};
 use std::collections::{HashMap, VecDeque};
@@ -73,6 +73,8 @@ struct Route {
     path: cachesim::PathId,
     /// Indices of levels.
     levels: Vec<usize>,
+    /// Lines of a core on their way, at most.
+    lines_in_flight: usize,
     /// Cycles that each level of the path adds to the way through the nearer ones.
     latencies: Vec<f64>,
     line_shift: u32,
@@ -131,7 +133,7 @@ impl Memory {
         gpu: &Gpu,
         hierarchy: Hierarchy,
         paths: KindPaths,
-        buffers: &Buffers,
+        places: Places,
     ) -> Result<Self, Error> {
         let dram = gpu.dram.simulated().and_then(|config| Dram::new(&config));
         let dram = dram.map_err(|error| refused(gpu, &error))?;
@@ -148,12 +150,13 @@ impl Memory {
                 .collect();
             let private = match kind {
                 BufferKind::Stack => {
-                    (u64::from(buffers.stack_base_line), u64::from(buffers.stack_stride_lines))
+                    (u64::from(places.stack_base_line), u64::from(places.stack_stride_lines))
                 }
                 _ => (0, 0),
             };
             Some(Route {
                 path,
+                lines_in_flight: gpu.lines_in_flight(&levels) as usize,
                 latencies,
                 line_shift: hierarchy.granule(path).log2(),
                 levels,
@@ -190,6 +193,11 @@ impl Memory {
             missed: 0,
             traffic: vec![Default::default(); Run::KEYS],
         })
+    }
+
+    /// How many lines of a core may be on their way when a line of `run` goes out.
+    pub(super) fn lines_in_flight(&self, run: Run) -> usize {
+        self.routes[run.key()].as_ref().map_or(usize::MAX, |route| route.lines_in_flight)
     }
 
     /// A line of a load or store that is issued `repeats` times at `at`, on behalf of the warp at `place`. `now` is the start

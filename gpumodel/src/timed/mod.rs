@@ -23,7 +23,7 @@ use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
 use crate::error::Error;
 use crate::interleave::KindPaths;
-use crate::layout::Buffers;
+use crate::layout::Places;
 use crate::replay::Maps;
 use crate::warp::{Run, TileStream};
 use cachesim::{Hierarchy, Served};
@@ -109,18 +109,18 @@ impl Machine {
         gpu: &Gpu,
         hierarchy: Hierarchy,
         paths: KindPaths,
-        buffers: &Buffers,
+        places: Places,
         resident_warps: u32,
         maps: Maps,
     ) -> Result<Self, Error> {
-        let places = gpu.cores.count * resident_warps;
+        let slots = gpu.cores.count * resident_warps;
         Ok(Self {
             rates: Rates::new(gpu),
             slots: resident_warps,
             cores: (0..gpu.cores.count).map(|_| Core::new(gpu.cores.scheduler)).collect(),
-            resident: (0..places).map(|_| None).collect(),
+            resident: (0..slots).map(|_| None).collect(),
             waiting: VecDeque::new(),
-            memory: Memory::new(gpu, hierarchy, paths, buffers)?,
+            memory: Memory::new(gpu, hierarchy, paths, places)?,
             events: Events::default(),
             now: 0.0,
             phase_began: 0.0,
@@ -130,7 +130,7 @@ impl Machine {
             occupied: 0,
             cores_occupied: 0,
             warps: 0,
-            output_address: buffers.end,
+            output_address: places.end,
             misses: Vec::new(),
             maps,
         })
@@ -433,7 +433,7 @@ impl Machine {
                 issue.line_in_run = 0;
                 continue;
             }
-            if state.lines_in_flight(issue.at) >= self.rates.lines_in_flight {
+            if state.lines_in_flight(issue.at) >= self.memory.lines_in_flight(run) {
                 state.stalled = true;
                 if let Some(at) = state.arriving.next_at() {
                     self.events.push(at.max(issue.at), Event::LoadStore(core));

@@ -8,9 +8,8 @@ mod program;
 mod steps;
 mod stream;
 
+pub(crate) use distinct::Distinct;
 pub(crate) use emit::Emitter;
 pub(crate) use program::Program;
 pub(crate) use steps::{Stepper, WarpSteps};
-#[cfg(test)]
-pub(crate) use stream::StreamWriter;
-pub(crate) use stream::{Run, TileStream};
+pub(crate) use stream::{Run, StreamWriter, TileStream, Turn};
