@@ -39,6 +39,195 @@ fn a_dependent_chain_has_the_latency_of_the_level_that_holds_it() {
     }
 }
 
+/// A kernel of equal turns.
+struct Plain {
+    warps: u32,
+    registers: u32,
+    turns: u32,
+    turn: KernelTurn,
+}
+
+impl Kernel for Plain {
+    fn warps(&self) -> u32 {
+        self.warps
+    }
+
+    fn registers(&self) -> u32 {
+        self.registers
+    }
+
+    fn turn(&self, _: u32, turn: u32, out: &mut KernelTurn) -> bool {
+        out.clone_from(&self.turn);
+        turn < self.turns
+    }
+}
+
+#[test]
+fn a_kernel_of_arithmetic_takes_its_operations_by_the_lanes_on_every_gpu() {
+    for preset in GPUS {
+        let gpu = gpu(preset.name);
+        let warps = gpu.cores.count * gpu.cores.warp_slots * 2;
+        for (alu, efu) in [(1000, 0), (0, 1000), (1000, 50)] {
+            let kernel = Plain {
+                warps,
+                registers: 1,
+                turns: 8,
+                turn: KernelTurn { alu, efu, ..KernelTurn::default() },
+            };
+            let per_core = f64::from(warps * 8 * gpu.cores.warp_width) / f64::from(gpu.cores.count);
+            let rates = [(alu, gpu.cores.alu_lanes), (efu, gpu.cores.efu_lanes)];
+            let cycles = rates.map(|(amount, lanes)| per_core * f64::from(amount) / lanes);
+            let expected = cycles[0].max(cycles[1]) / gpu.clock.hz;
+            for fidelity in Fidelity::ALL {
+                let found = run_kernel(&kernel, &gpu, fidelity).unwrap().seconds;
+                // The first warp computes before any asks for a function, the last one after.
+                let percent = if efu == 50 { 2.0 } else { 1.0 };
+                assert_within(
+                    percent,
+                    found,
+                    expected,
+                    &format!("{} {alu} {efu} {}", preset.name, fidelity.name()),
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn streaming_through_a_cache_reaches_its_bandwidth() {
+    // Where no figure of the unit or of the level before allows less.
+    for (name, route, footprint, level) in [
+        ("adreno-640", Route::Buffer, 65536, "uche"),
+        ("adreno-630", Route::Buffer, 65536, "uche"),
+        ("adreno-630", Route::Texture, 1024, "tp_l1"),
+    ] {
+        let gpu = gpu(name);
+        let cache = gpu.caches.iter().find(|cache| cache.name == level).unwrap();
+        let expected = cache.bytes_per_clock * f64::from(cache.copies) * gpu.clock.hz;
+        let stream = Pattern::Stream { route, footprint, element: 16, copies: false };
+        for fidelity in Fidelity::ALL {
+            let found = stream.observe(&gpu, fidelity).unwrap().bytes_per_second();
+            assert_within(1.0, found, expected, &format!("{name} {level} {}", fidelity.name()));
+        }
+    }
+}
+
+/// All resident warps together read one line after the other.
+struct InOrder {
+    warps: u32,
+    resident: u32,
+    width: u32,
+    turns: u32,
+}
+
+impl Kernel for InOrder {
+    fn warps(&self) -> u32 {
+        self.warps
+    }
+
+    fn registers(&self) -> u32 {
+        1
+    }
+
+    fn turn(&self, warp: u32, turn: u32, out: &mut KernelTurn) -> bool {
+        let (group, place) = (warp / self.resident, warp % self.resident);
+        let row = u64::from((group * self.turns + turn) * self.resident + place);
+        let addresses =
+            (0..self.width).map(|lane| 16 * (row * u64::from(self.width) + u64::from(lane))).collect();
+        out.accesses.push(LaneAccess { route: Route::Buffer, write: false, bytes: 16, addresses });
+        turn < self.turns
+    }
+}
+
+#[test]
+fn reads_in_order_reach_the_peak_of_memory_times_its_efficiency() {
+    for name in ["adreno-540", "adreno-640", "mali-g57", "mali-g78"] {
+        let gpu = gpu(name);
+        let resident = gpu.cores.count * gpu.cores.warp_slots;
+        let run = |groups: u32, fidelity| {
+            let kernel =
+                InOrder { warps: groups * resident, resident, width: gpu.cores.warp_width, turns: 8 };
+            let result = run_kernel(&kernel, &gpu, fidelity).unwrap();
+            (result.traffic.dram_read_bytes as f64, result.seconds)
+        };
+        let expected = gpu.dram.peak_bytes_per_second * gpu.dram.efficiency;
+        for fidelity in Fidelity::ALL {
+            let (short, long) = (run(4, fidelity), run(12, fidelity));
+            let found = (long.0 - short.0) / (long.1 - short.1);
+            assert_within(1.0, found, expected, &format!("{name} {}", fidelity.name()));
+        }
+    }
+}
+
+#[test]
+fn occupancy_steps_where_the_register_formula_says() {
+    // 48 vec4 registers shared out to pairs of warps, 16 slots; 512 to single warps in portions of 8 or 16, 64 slots.
+    for (name, steps) in [
+        (
+            "adreno-540",
+            &[(1, 16), (6, 16), (7, 12), (8, 12), (9, 10), (12, 8), (13, 6), (24, 4), (25, 2), (48, 2)][..],
+        ),
+        ("mali-g78", &[(1, 64), (8, 64), (9, 32), (16, 32), (17, 32)][..]),
+    ] {
+        let gpu = gpu(name);
+        let latency = gpu.latency_cycles(&gpu.paths.ssbo, 0) / gpu.clock.hz;
+        let access = LaneAccess { route: Route::Buffer, write: false, bytes: 4, addresses: vec![0] };
+        let turn = KernelTurn { accesses: vec![access], ..KernelTurn::default() };
+        for &(registers, resident) in steps {
+            let warps = 4 * 16 * 12 * gpu.cores.count;
+            let kernel = Plain { warps, registers, turns: 200, turn: turn.clone() };
+            for fidelity in Fidelity::ALL {
+                let result = run_kernel(&kernel, &gpu, fidelity).unwrap();
+                let what = format!("{name} with {registers} registers, {}", fidelity.name());
+                assert_eq!(result.resident_warps, resident, "{what}");
+                if fidelity == Fidelity::Timed {
+                    // Little's law, where the port is not the limit.
+                    let rounds = f64::from(warps / gpu.cores.count).ceil() / f64::from(resident) * 200.0;
+                    let port = f64::from(warps / gpu.cores.count) * 200.0 / gpu.clock.hz;
+                    if port < 0.2 * rounds * latency {
+                        assert_within(3.0, result.seconds, rounds * latency, &what);
+                    }
+                }
+            }
+        }
+        let kernel = Plain { warps: 1, registers: 49, turns: 1, turn };
+        assert_eq!(run_kernel(&kernel, &gpu, Fidelity::Timed).is_err(), name == "adreno-540");
+    }
+}
+
+#[test]
+fn kernels_that_ask_for_what_there_is_not_are_refused() {
+    let gpu = gpu("adreno-540");
+    let refusal = |bytes, lanes: u64| {
+        let access = LaneAccess {
+            route: Route::Buffer,
+            write: false,
+            bytes,
+            addresses: (0..lanes).map(|lane| lane * 16).collect(),
+        };
+        let turn = KernelTurn { accesses: vec![access], ..KernelTurn::default() };
+        run_kernel(&Plain { warps: 1, registers: 1, turns: 1, turn }, &gpu, Fidelity::Timed).map(|_| ())
+    };
+    assert!(refusal(16, 32).is_ok());
+    for (bytes, lanes, expected) in
+        [(17, 32, "17 bytes"), (0, 32, "0 bytes"), (16, 33, "33 lanes"), (16, 0, "0 lanes")]
+    {
+        let message = refusal(bytes, lanes).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn scattered_pages_cost_misses_in_a_cache_that_a_contiguous_texture_fits() {
+    let gpu = gpu("mali-g57");
+    let external = |pages| {
+        let sweep = Pattern::RandomSamples { footprint: 512 * 1024, samples: 8, pages };
+        sweep.observe(&gpu, Fidelity::Replay).unwrap().memory_read_bytes
+    };
+    assert_eq!(external(Pages::Contiguous), 0);
+    assert!(external(Pages::Scattered) > 0);
+}
+
 fn size(gpu: &Gpu, level: usize) -> u64 {
-    gpu.levels().as_slice()[level].size.get()
+    gpu.levels().as_slice()[level].size.0
 }
