@@ -260,7 +260,7 @@ pub(crate) struct HardwareArgs {
     /// How the judging time is found: timed or replay. The other stands beside it.
     #[arg(long, default_value = "timed", value_parser = ["timed", "replay"])]
     pub(crate) fidelity: String,
-    /// Only the judging rung, and no experiments.
+    /// Only the judging rung.
     #[arg(long)]
     pub(crate) quick: bool,
     /// What to print.

@@ -111,13 +111,16 @@ pub(crate) struct Interleaver {
     next_number: u32,
     /// Turns issued.
     turns: u64,
+    /// Of [`SAMPLED_TURNS`], the one in force, and up to which turn it is.
+    sampled_turns: u64,
+    sampled_up_to: u64,
 }
 
-/// Of so many turns, it is seen how far away the data of one are: of the first turns, which may be all, and of later ones. Primes,
-/// so that they keep step with no loop of a shader.
-const SAMPLED_TURNS: [u64; 2] = [17, 127];
-/// Turns that are the first ones.
-const FIRST_TURNS: u64 = 1 << 18;
+/// Of so many turns, it is seen how far away the data of one are: of the first turns, which may be all, of each; of later ones, of
+/// few. Primes, so that they keep step with no loop of a shader.
+const SAMPLED_TURNS: [u64; 3] = [1, 17, 127];
+/// Up to which turn each of these but the last holds.
+const SAMPLED_UP_TO: [u64; 2] = [1 << 12, 1 << 18];
 
 /// The caches, and accesses gathered for them.
 struct Caches {
@@ -194,6 +197,8 @@ impl Interleaver {
             maps,
             next_number: 0,
             turns: 0,
+            sampled_turns: SAMPLED_TURNS[0],
+            sampled_up_to: SAMPLED_UP_TO[0],
         }
     }
 
@@ -285,6 +290,13 @@ impl Interleaver {
         }
     }
 
+    #[cold]
+    fn sample_less(&mut self) {
+        let passed = SAMPLED_UP_TO.iter().filter(|&&up_to| self.turns >= up_to).count();
+        self.sampled_turns = SAMPLED_TURNS[passed];
+        self.sampled_up_to = SAMPLED_UP_TO.get(passed).copied().unwrap_or(u64::MAX);
+    }
+
     /// Lets the next warp of a core issue one turn.
     fn issue(&mut self, core: usize) {
         let first = core * self.slots;
@@ -294,7 +306,10 @@ impl Interleaver {
         }
         self.turn[core] = if slot + 1 == self.slots { 0 } else { slot + 1 };
         self.turns += 1;
-        let sampled = self.turns.is_multiple_of(SAMPLED_TURNS[usize::from(self.turns > FIRST_TURNS)]);
+        let sampled = self.turns.is_multiple_of(self.sampled_turns);
+        if self.turns >= self.sampled_up_to {
+            self.sample_less();
+        }
         let before = sampled.then(|| self.caches.misses());
         let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
         let Slot { words, next, end, number } = slot;

@@ -1,6 +1,6 @@
 //! Do kernels whose time is known in closed form take that time?
 
-use gpumodel::kernel::{Kernel, KernelTurn, LaneAccess, Pages, Pattern, Route, run_kernel};
+use gpumodel::kernel::{Kernel, KernelTurn, LaneAccess, Pattern, Route, run_kernel};
 use gpumodel::{Fidelity, GPUS, Gpu};
 
 fn gpu(name: &str) -> Gpu {
@@ -215,17 +215,6 @@ fn kernels_that_ask_for_what_there_is_not_are_refused() {
         let message = refusal(bytes, lanes).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
     }
-}
-
-#[test]
-fn scattered_pages_cost_misses_in_a_cache_that_a_contiguous_texture_fits() {
-    let gpu = gpu("mali-g57");
-    let external = |pages| {
-        let sweep = Pattern::RandomSamples { footprint: 512 * 1024, samples: 8, pages };
-        sweep.observe(&gpu, Fidelity::Replay).unwrap().memory_read_bytes
-    };
-    assert_eq!(external(Pages::Contiguous), 0);
-    assert!(external(Pages::Scattered) > 0);
 }
 
 fn size(gpu: &Gpu, level: usize) -> u64 {

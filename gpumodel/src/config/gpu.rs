@@ -116,7 +116,7 @@ pub struct Registers {
 pub struct LoadStore {
     /// Bytes moved to or from registers per clock.
     pub bytes_per_clock: u32,
-    /// Lines that can be on their way to the core at once.
+    /// Lines that can be on their way to the core at once, apart from those that its own cache has.
     pub lines_in_flight: u32,
 }
 
@@ -128,7 +128,7 @@ pub struct TextureUnit {
     /// Cycles that a read through this unit takes longer than one past it, where a farther cache than the first of its path, or
     /// memory, has the data: addresses, misses of the first cache, filtering. See [`Gpu::latency_cycles`].
     pub latency_cycles: f64,
-    /// Lines that can be on their way to the unit at once.
+    /// Lines that can be on their way to the unit at once, apart from those that the core's own cache has.
     pub lines_in_flight: u32,
 }
 

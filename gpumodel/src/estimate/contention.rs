@@ -118,11 +118,20 @@ impl InPhase<'_> {
             think_time: turn_cycles * waits / window_turns / gpu.clock.hz,
             stations,
         };
+        // Lines that a core's own cache has are not on their way to it.
+        let (mut share, mut mean, mut mean_square) = (1.0, line_cycles, squares);
+        if path.first().is_some_and(|&first| gpu.caches[first].copies == gpu.cores.count) {
+            let near = gpu.latency_cycles(path, 0);
+            share = (window.levels[path[0]].misses as f64 / lines.max(1.0)).clamp(0.0, 1.0);
+            mean = if share > 0.0 { near + (line_cycles - near) / share } else { 0.0 };
+            let beyond = (squares - near * near) / share;
+            mean_square = if share > 0.0 { near * near + beyond } else { 0.0 };
+        }
         let in_flight = InFlight {
             places: f64::from(gpu.lines_in_flight(path)),
-            lines: lines / window_turns,
-            latency: line_cycles / gpu.clock.hz,
-            variability: (squares / (line_cycles * line_cycles) - 1.0).max(0.0),
+            lines: share * lines / window_turns,
+            latency: mean / gpu.clock.hz,
+            variability: if mean > 0.0 { (mean_square / (mean * mean) - 1.0).max(0.0) } else { 0.0 },
         };
         (network, in_flight)
     }

@@ -22,6 +22,8 @@ const POSTED: u32 = u32::MAX;
 /// What a load of a warp hears of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Reply {
+    /// The core's own cache has the data, which arrive then.
+    Near(f64),
     /// The data arrive then.
     At(f64),
     /// That is not known yet; [`Memory::arrivals`] will tell.
@@ -242,6 +244,7 @@ impl Memory {
             write: false,
             at,
         };
+        let near_level = self.levels[route.levels[0]].cores_per_copy == 1;
         let reply = if route.write {
             for (&level, served) in route.levels.iter().zip(&served.levels) {
                 if served.accesses > 0 {
@@ -252,6 +255,11 @@ impl Memory {
             Reply::At(at)
         } else {
             self.descend(request, None, 0, (now, at), run.repeats(), events)
+        };
+        let near = missed == 0 && near_level;
+        let reply = match reply {
+            Reply::At(arrival) if near => Reply::Near(arrival),
+            reply => reply,
         };
         // A store waits for nothing, and neither does a line on its way out.
         for index in 0..self.in_memory.len() {

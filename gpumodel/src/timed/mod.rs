@@ -450,6 +450,7 @@ impl Machine {
                 self.misses[warp.number as usize] += std::mem::take(&mut self.memory.missed);
             }
             match reply {
+                Reply::Near(arrival) => warp.data_at = warp.data_at.max(arrival),
                 Reply::At(arrival) => {
                     if arrival > at {
                         state.arriving.push(arrival, ());

@@ -41,9 +41,6 @@ pub struct Row {
     pub source: String,
     /// What explains an error.
     pub why: Option<String>,
-    /// Figures whose change shows where an error comes from.
-    #[serde(default)]
-    pub experiment: Vec<Experiment>,
 }
 
 /// What a row is about.
@@ -88,16 +85,6 @@ pub enum Published {
     Figure(f64),
     /// Least and most.
     Range([f64; 2]),
-}
-
-/// A figure of the description set to another value.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Experiment {
-    /// As `--set` of a command takes them: `cache.l2.size=65536`.
-    pub set: Vec<String>,
-    /// What that means.
-    pub meaning: String,
 }
 
 #[derive(Deserialize)]

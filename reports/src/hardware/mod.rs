@@ -10,7 +10,7 @@ mod verdict;
 mod write;
 
 pub use chart::charts;
-pub use file::{Experiment, Kind, MEASUREMENTS, Published, Quantity, Row, parse};
+pub use file::{Kind, MEASUREMENTS, Published, Quantity, Row, parse};
 pub use summary::{Group, Summary};
-pub use verdict::{Figure, Found, RowVerdict, Tried};
+pub use verdict::{Figure, Found, RowVerdict};
 pub use write::{csv_text, json_text, markdown, text};

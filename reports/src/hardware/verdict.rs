@@ -34,19 +34,6 @@ pub struct Figure {
     pub text: String,
 }
 
-/// What a change of the description does to a row.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tried {
-    /// The figures, as set.
-    pub set: Vec<String>,
-    /// What the model says with them.
-    pub ours: Figure,
-    /// Its error.
-    pub error: Option<f64>,
-    /// What that means.
-    pub meaning: String,
-}
-
 /// A row beside what the model says.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RowVerdict {
@@ -73,10 +60,8 @@ pub struct RowVerdict {
     pub inputs: Vec<String>,
     /// Where it was published.
     pub source: String,
-    /// What explains an error, with experiments.
+    /// What explains an error.
     pub why: String,
-    /// Experiments.
-    pub tried: Vec<Tried>,
 }
 
 fn outcome<S: Serializer>(passed: &bool, serializer: S) -> Result<S::Ok, S::Error> {
@@ -98,7 +83,7 @@ impl Row {
     }
 
     /// Compares what the judging rung found, and what others did, with what was published.
-    pub fn judge(&self, judge: Found, others: &[(Fidelity, Found)], tried: Vec<Tried>) -> RowVerdict {
+    pub fn judge(&self, judge: Found, others: &[(Fidelity, Found)]) -> RowVerdict {
         let error = self.error(judge);
         let of_others = others
             .iter()
@@ -116,17 +101,6 @@ impl Row {
             inputs: self.inputs.clone(),
             source: self.source.clone(),
             why: self.why.clone().unwrap_or_default(),
-            tried,
-        }
-    }
-
-    /// The row with an experiment.
-    pub fn tried(&self, set: &[String], meaning: &str, found: Found) -> Tried {
-        Tried {
-            set: set.to_vec(),
-            ours: self.figure(found),
-            error: self.error(found),
-            meaning: meaning.to_owned(),
         }
     }
 

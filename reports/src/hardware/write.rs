@@ -28,7 +28,7 @@ fn published(figure: Option<&Figure>) -> &str {
     figure.map_or("", |figure| &figure.text)
 }
 
-/// What the row says of itself: derived figures, reasons, experiments.
+/// What the row says of itself: derived figures and reasons.
 fn remarks(verdict: &RowVerdict) -> Vec<String> {
     let mut remarks = Vec::new();
     if !verdict.inputs.is_empty() {
@@ -36,15 +36,6 @@ fn remarks(verdict: &RowVerdict) -> Vec<String> {
     }
     if !verdict.why.is_empty() {
         remarks.push(verdict.why.clone());
-    }
-    for tried in &verdict.tried {
-        let error = percent(verdict, tried.error);
-        remarks.push(format!(
-            "with {}: {} ({error}): {}",
-            tried.set.join(", "),
-            tried.ours.text,
-            tried.meaning
-        ));
     }
     remarks
 }
