@@ -44,7 +44,7 @@ fn verify_hardware(args: &HardwareArgs, meter: &Meter) -> anyhow::Result<Outcome
     }
     let judge = Fidelity::from_name(&args.fidelity).unwrap_or(Fidelity::Timed);
     let others = Fidelity::ALL.into_iter().filter(|&rung| rung != judge && !args.quick);
-    let rungs = std::iter::once(judge).chain(others).collect();
+    let rungs: Vec<Fidelity> = std::iter::once(judge).chain(others).collect();
     let verdicts = probes::all(&rows, &rungs)?;
     let summary = hardware::Summary::new(&verdicts);
     let run = json!({
