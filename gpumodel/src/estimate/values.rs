@@ -139,8 +139,9 @@ impl PassValues<'_> {
     fn occupancy(&self) -> Value {
         let schedule = &self.frame.replayed.counters.schedule;
         let cores = &self.frame.config.gpu.cores;
-        let slots = u64::from(cores.count) * u64::from(cores.warp_slots) * schedule.ticks;
-        Value::ratio(schedule.warp_ticks as f64, slots as f64, NO_WORK)
+        // In floats: 10 THz for a second are 10^13 ticks, and slow memory makes a frame of many seconds.
+        let slots = f64::from(cores.count) * f64::from(cores.warp_slots) * schedule.ticks as f64;
+        Value::ratio(schedule.warp_ticks as f64, slots, NO_WORK)
     }
 
     /// Bytes from memory for the loads of shaders, textures apart.
