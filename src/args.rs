@@ -306,7 +306,7 @@ pub(crate) struct AccuracyArgs {
     /// Structure and traversal; may be given again [default: bvh-parent-link, bvh-restart-trail, kd-push-down, kd-backtrack].
     #[arg(long, value_name = "T", value_delimiter = ',')]
     pub(crate) traversal: Vec<String>,
-    /// Size of the images in pixels [default: 512x512].
+    /// Size of the images in pixels [default: 256x256].
     #[arg(long, value_name = "WxH")]
     pub(crate) size: Option<String>,
     /// Only see that it works: two scenes, two traversals, two GPUs and small images, where these are not given.

@@ -109,11 +109,9 @@ pub(crate) struct Interleaver {
     misses: Vec<u32>,
     maps: Maps,
     next_number: u32,
-    /// Turns issued.
-    turns: u64,
-    /// Of [`SAMPLED_TURNS`], the one in force, and up to which turn it is.
-    sampled_turns: u64,
-    sampled_up_to: u64,
+    /// Turns up to the one that is looked at next, and from now until then.
+    sampled: u64,
+    until_sample: u64,
 }
 
 /// Of so many turns, it is seen how far away the data of one are: of the first turns, which may be all, of each; of later ones, of
@@ -196,9 +194,8 @@ impl Interleaver {
             misses: Vec::new(),
             maps,
             next_number: 0,
-            turns: 0,
-            sampled_turns: SAMPLED_TURNS[0],
-            sampled_up_to: SAMPLED_UP_TO[0],
+            sampled: SAMPLED_TURNS[0],
+            until_sample: SAMPLED_TURNS[0],
         }
     }
 
@@ -291,10 +288,10 @@ impl Interleaver {
     }
 
     #[cold]
-    fn sample_less(&mut self) {
-        let passed = SAMPLED_UP_TO.iter().filter(|&&up_to| self.turns >= up_to).count();
-        self.sampled_turns = SAMPLED_TURNS[passed];
-        self.sampled_up_to = SAMPLED_UP_TO.get(passed).copied().unwrap_or(u64::MAX);
+    fn until_next_sample(&mut self) {
+        let passed = SAMPLED_UP_TO.iter().filter(|&&up_to| self.sampled >= up_to).count();
+        self.until_sample = SAMPLED_TURNS[passed];
+        self.sampled += self.until_sample;
     }
 
     /// Lets the next warp of a core issue one turn.
@@ -305,12 +302,14 @@ impl Interleaver {
             slot = if slot + 1 == self.slots { 0 } else { slot + 1 };
         }
         self.turn[core] = if slot + 1 == self.slots { 0 } else { slot + 1 };
-        self.turns += 1;
-        let sampled = self.turns.is_multiple_of(self.sampled_turns);
-        if self.turns >= self.sampled_up_to {
-            self.sample_less();
+        self.until_sample -= 1;
+        let sampled = self.until_sample == 0;
+        if sampled {
+            self.until_next_sample();
         }
         let before = sampled.then(|| self.caches.misses());
+        // Where maps are kept, nothing is pending between turns.
+        let reads_before = self.caches.hierarchy.memory().reads;
         let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
         let Slot { words, next, end, number } = slot;
         let last = loop {
@@ -325,9 +324,8 @@ impl Interleaver {
             self.caches.sample(last, before);
         }
         if self.maps == Maps::Kept {
-            let before = self.caches.hierarchy.memory().reads;
             self.caches.flush_pending();
-            let missed = self.caches.hierarchy.memory().reads - before;
+            let missed = self.caches.hierarchy.memory().reads - reads_before;
             self.misses[*number as usize] += missed as u32;
         }
         if slot.is_free() {

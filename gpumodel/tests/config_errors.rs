@@ -93,7 +93,7 @@ fn wrong_figures_are_refused_with_their_key_line_and_range() {
             "is NaN",
         ),
         ("bytes_per_clock = { value = 64", "bytes_per_clock = { value = 0", "tp_l1.bytes_per_clock", "is 0"),
-        ("mshrs = { value = 128", "mshrs = { value = 0", "cache.uche.mshrs", "expected 1 to 65536"),
+        ("mshrs = { value = 256", "mshrs = { value = 0", "cache.uche.mshrs", "expected 1 to 65536"),
         ("banks = { value = 1", "banks = { value = 17", "cache.tp_l1.banks", "no more than the 16 lines"),
         ("size = { value = 131072", "size = { value = 256", "cache.uche", "0.500 sets of 8 ways"),
         (

@@ -17,6 +17,29 @@ fn assert_within(percent: f64, found: f64, expected: f64, what: &str) {
     );
 }
 
+/// One lane follows pointers around a ring of lines.
+struct Ring {
+    route: Route,
+    lines: u32,
+    loads: u32,
+}
+
+impl Kernel for Ring {
+    fn warps(&self) -> u32 {
+        1
+    }
+
+    fn registers(&self) -> u32 {
+        1
+    }
+
+    fn turn(&self, _: u32, turn: u32, out: &mut KernelTurn) -> bool {
+        let addresses = vec![u64::from(turn % self.lines) * 64];
+        out.accesses.push(LaneAccess { route: self.route, write: false, bytes: 4, addresses });
+        turn < self.loads
+    }
+}
+
 #[test]
 fn a_dependent_chain_has_the_latency_of_the_level_that_holds_it() {
     for name in ["adreno-540", "adreno-640", "mali-g78", "mali-g57"] {
@@ -25,14 +48,20 @@ fn a_dependent_chain_has_the_latency_of_the_level_that_holds_it() {
             for place in 0..=path.len() {
                 // Twice what the caches before it hold all together, so that none of its lines is ever there.
                 let before: u64 = path[..place].iter().map(|&level| size(&gpu, level)).sum();
-                let footprint = (2 * before).max(1024);
-                let chase = Pattern::Chase { route, footprint, stride: 64 };
+                let lines = (2 * before).max(1024).div_ceil(64) as u32;
+                let rounds = 4096_u32.div_ceil(lines).max(2);
                 let expected = gpu.latency_cycles(path, place) / gpu.clock.hz;
                 for fidelity in Fidelity::ALL {
-                    let found = chase.observe(&gpu, fidelity).unwrap().seconds_per_load();
-                    // The memory controller's refresh and closed rows are in the way of a chain of misses.
+                    let seconds = |rounds: u32| {
+                        run_kernel(&Ring { route, lines, loads: rounds * lines }, &gpu, fidelity)
+                            .unwrap()
+                            .seconds
+                    };
+                    let found = (seconds(2 * rounds) - seconds(rounds)) / f64::from(rounds * lines);
+                    // A chain of misses also meets open rows and refreshes, where there are any.
+                    let percent = if place == path.len() && fidelity == Fidelity::Timed { 8.0 } else { 1.0 };
                     let what = format!("{name} {route:?} place {place} {}", fidelity.name());
-                    assert_within(1.0, found, expected, &what);
+                    assert_within(percent, found, expected, &what);
                 }
             }
         }
@@ -154,7 +183,9 @@ fn reads_in_order_reach_the_peak_of_memory_times_its_efficiency() {
         for fidelity in Fidelity::ALL {
             let (short, long) = (run(4, fidelity), run(12, fidelity));
             let found = (long.0 - short.0) / (long.1 - short.1);
-            assert_within(1.0, found, expected, &format!("{name} {}", fidelity.name()));
+            // Simulated, refreshes interrupt the stream, and too few lines are on their way to make up for all of it.
+            let percent = if fidelity == Fidelity::Timed { 2.5 } else { 1.0 };
+            assert_within(percent, found, expected, &format!("{name} {}", fidelity.name()));
         }
     }
 }

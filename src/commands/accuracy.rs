@@ -27,7 +27,7 @@ impl Defaults {
             scenes: scenes::BUILTINS.iter().map(|scene| scene.name).collect(),
             traversals: &["bvh-parent-link", "bvh-restart-trail", "kd-push-down", "kd-backtrack"],
             gpus: &["adreno-540", "adreno-640", "mali-g78", "mali-g715"],
-            size: "512x512",
+            size: "256x256",
         }
     }
 

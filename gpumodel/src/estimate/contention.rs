@@ -19,6 +19,8 @@ use cachesim::MAX_LEVELS;
 const PORT: usize = 2;
 /// How well the time that the port is held up is known, as a part of the time that it works.
 const HOLD_TOLERANCE: f64 = 1e-6;
+/// Time beyond the last cache, and the wait for a place to spend it in.
+const MSHRS: &str = "memory latency";
 /// Time that nothing but the distance causes.
 pub(super) const LATENCY: &str = "latency";
 
@@ -86,11 +88,17 @@ impl InPhase<'_> {
 
         let waits = issue.memory_waits as f64 / turns * window_turns;
         let per_wait = |lines: f64| (lines / waits.max(1.0)).max(1.0);
+        let repeats = (issue.line_accesses as f64 / issue.line_requests.max(1) as f64).max(1.0);
+        let lines = path.first().map_or(0.0, |&first| window.levels[first].accesses as f64 / repeats);
+        // Seconds that the port, the banks and the way to memory are busy with one line: its latency includes them.
+        let mut of_a_line =
+            demand.load_store * f64::from(gpu.cores.count) / issue.line_accesses.max(1) as f64;
         for (cache, served) in gpu.caches.iter().zip(window.levels) {
             let accesses = served.accesses as f64;
             let line_seconds =
                 cache.line_bytes as f64 * f64::from(cache.banks) / (cache.bytes_per_clock * gpu.clock.hz);
             let cores_per_copy = (gpu.cores.count / cache.copies.max(1)).max(1);
+            of_a_line += line_seconds * (accesses / lines.max(1.0) / repeats).min(1.0);
             stations.push(Station {
                 servers: cache.banks,
                 burst: per_wait(accesses),
@@ -100,27 +108,43 @@ impl InPhase<'_> {
         }
         let bandwidth = gpu.dram.peak_bytes_per_second * gpu.dram.efficiency;
         let direct = (issue.output_bytes + issue.bin_list_bytes) as f64 / turns;
-        let bytes = window.memory_bytes as f64 / window_turns + direct;
+        let memory_bytes = window.memory_bytes as f64;
         let line = path.last().map_or(1.0, |&last| gpu.caches[last].line_bytes as f64);
+        of_a_line += line / bandwidth * (memory_bytes / line / lines.max(1.0)).min(1.0);
         stations.push(Station {
             sharers,
-            burst: per_wait(window.memory_bytes as f64 / line),
-            ..single("DRAM", bytes / bandwidth)
+            burst: per_wait(memory_bytes / line),
+            ..single("DRAM", (memory_bytes / window_turns + direct) / bandwidth)
         });
 
         // A line is on its way for the latency of the place that it comes from; a turn waits for the farthest of its lines.
-        let repeats = issue.line_accesses as f64 / issue.line_requests.max(1) as f64;
-        let lines =
-            path.first().map_or(0.0, |&first| window.levels[first].accesses as f64 / repeats.max(1.0));
-        let (line_cycles, squares, turn_cycles) = self.waits(window, lines);
+        let Waits { line_cycles, squares, mut turn_cycles, from_memory } = self.waits(window, lines);
+        // The part of it beyond the last cache is spent in an MSHR of that cache.
+        if let Some(&last) = path.last() {
+            let cache = &gpu.caches[last];
+            let beyond = gpu.latency_cycles(path, path.len()) - gpu.latency_cycles(path, path.len() - 1);
+            let misses = window.levels[last].misses as f64;
+            if from_memory > 0.0 && misses > 0.0 {
+                turn_cycles -= from_memory * beyond;
+                stations.push(Station {
+                    servers: cache.mshrs,
+                    burst: (misses / (from_memory * waits)).max(1.0),
+                    sharers: sharers.min((gpu.cores.count / cache.copies.max(1)).max(1)),
+                    ..single(MSHRS, misses * beyond / gpu.clock.hz / window_turns)
+                });
+            }
+        }
+        let latency = (turn_cycles / gpu.clock.hz - of_a_line).max(0.0);
         let network = Network {
             customers: (window.warp_ticks as f64 / window_turns).max(1.0),
-            think_time: turn_cycles * waits / window_turns / gpu.clock.hz,
+            think_time: latency * waits / window_turns,
             stations,
         };
         // Lines that a core's own cache has are not on their way to it.
         let (mut share, mut mean, mut mean_square) = (1.0, line_cycles, squares);
+        let mut own_mshrs = f64::INFINITY;
         if path.first().is_some_and(|&first| gpu.caches[first].copies == gpu.cores.count) {
+            own_mshrs = f64::from(gpu.caches[path[0]].mshrs);
             let near = gpu.latency_cycles(path, 0);
             share = (window.levels[path[0]].misses as f64 / lines.max(1.0)).clamp(0.0, 1.0);
             mean = if share > 0.0 { near + (line_cycles - near) / share } else { 0.0 };
@@ -128,7 +152,7 @@ impl InPhase<'_> {
             mean_square = if share > 0.0 { near * near + beyond } else { 0.0 };
         }
         let in_flight = InFlight {
-            places: f64::from(gpu.lines_in_flight(path)),
+            places: f64::from(gpu.lines_in_flight(path)).min(own_mshrs),
             lines: share * lines / window_turns,
             latency: mean / gpu.clock.hz,
             variability: if mean > 0.0 { (mean_square / (mean * mean) - 1.0).max(0.0) } else { 0.0 },
@@ -136,8 +160,8 @@ impl InPhase<'_> {
         (network, in_flight)
     }
 
-    /// Cycles that a line is on its way, their mean square, and cycles that a turn waits, with nothing else on the way.
-    fn waits(&self, window: &Window, lines: f64) -> (f64, f64, f64) {
+    /// With nothing else on the way.
+    fn waits(&self, window: &Window, lines: f64) -> Waits {
         let Self { path, gpu, .. } = self;
         let (mut line_cycles, mut squares) = (0.0, 0.0);
         let mut arriving = 1.0;
@@ -152,7 +176,7 @@ impl InPhase<'_> {
         }
         let sampled: u64 = window.waits.from.iter().sum();
         if sampled == 0 {
-            return (line_cycles, squares, line_cycles);
+            return Waits { line_cycles, squares, turn_cycles: line_cycles, from_memory: 0.0 };
         }
         let of = |(level, &turns): (usize, &u64)| {
             let on_path = path.iter().position(|&on_path| on_path == level);
@@ -160,8 +184,20 @@ impl InPhase<'_> {
             turns as f64 * gpu.latency_cycles(path, place)
         };
         let turn_cycles = window.waits.from.iter().enumerate().map(of).sum::<f64>() / sampled as f64;
-        (line_cycles, squares, turn_cycles)
+        let from_memory = window.waits.from[MAX_LEVELS] as f64 / sampled as f64;
+        Waits { line_cycles, squares, turn_cycles, from_memory }
     }
+}
+
+/// How far away the data of a window are.
+struct Waits {
+    /// Cycles that a line is on its way: mean, and mean square.
+    line_cycles: f64,
+    squares: f64,
+    /// Cycles that a turn waits.
+    turn_cycles: f64,
+    /// Share of turns that wait for memory.
+    from_memory: f64,
 }
 
 /// Lines of a core on their way, of which there are so many at most.

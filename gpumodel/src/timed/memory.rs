@@ -265,7 +265,7 @@ impl Memory {
         for index in 0..self.in_memory.len() {
             let MemoryRequest { address, bytes, write } = self.in_memory[index];
             if write || request.place == NOBODY {
-                self.to_memory(Request { place: NOBODY, address, bytes, write, ..request }, events);
+                self.ask_memory(Request { place: NOBODY, address, bytes, write, ..request }, events);
             }
         }
         reply
@@ -389,7 +389,7 @@ impl Memory {
         }
     }
 
-    fn to_memory(&mut self, request: Request, events: &mut Events) {
+    fn ask_memory(&mut self, request: Request, events: &mut Events) {
         let slot = keep(&mut self.requests, &mut self.free_requests, request, None);
         self.send(slot, events);
     }
@@ -398,7 +398,7 @@ impl Memory {
     pub(super) fn write_past_caches(&mut self, at: f64, address: u64, bytes: u32, events: &mut Events) {
         let request =
             Request { place: NOBODY, core: 0, key: 0, address, missed: 0, held: 0, bytes, write: true, at };
-        self.to_memory(request, events);
+        self.ask_memory(request, events);
     }
 
     fn send(&mut self, number: u32, events: &mut Events) {

@@ -336,7 +336,7 @@ impl Machine {
             state.efu_free = ends;
             self.events.push(ends, Event::Functions(place));
         } else {
-            self.to_port(place);
+            self.ask_port(place);
         }
         self.dispatch(core);
     }
@@ -345,10 +345,10 @@ impl Machine {
         if let Some(warp) = &mut self.resident[place as usize] {
             self.phase.warps.functions += Self::since(warp, self.now);
         }
-        self.to_port(place);
+        self.ask_port(place);
     }
 
-    fn to_port(&mut self, place: u32) {
+    fn ask_port(&mut self, place: u32) {
         let Some(warp) = &mut self.resident[place as usize] else { return };
         let turn = warp.stream.turns[warp.turn];
         if turn.output_bytes > 0 {
