@@ -118,7 +118,8 @@ impl InPhase<'_> {
         });
 
         // A line is on its way for the latency of the place that it comes from; a turn waits for the farthest of its lines.
-        let Waits { line_cycles, squares, mut turn_cycles, from_memory } = self.waits(window, lines);
+        let Waits { line_cycles, squares, mut turn_cycles, beyond_first, from_memory } =
+            self.waits(window, lines);
         // The part of it beyond the last cache is spent in an MSHR of that cache.
         if let Some(&last) = path.last() {
             let cache = &gpu.caches[last];
@@ -142,9 +143,10 @@ impl InPhase<'_> {
         };
         // Lines that a core's own cache has are not on their way to it.
         let (mut share, mut mean, mut mean_square) = (1.0, line_cycles, squares);
-        let mut own_mshrs = f64::INFINITY;
+        let (mut own_mshrs, mut far) = (f64::INFINITY, 1.0);
         if path.first().is_some_and(|&first| gpu.caches[first].copies == gpu.cores.count) {
             own_mshrs = f64::from(gpu.caches[path[0]].mshrs);
+            far = beyond_first;
             let near = gpu.latency_cycles(path, 0);
             share = (window.levels[path[0]].misses as f64 / lines.max(1.0)).clamp(0.0, 1.0);
             mean = if share > 0.0 { near + (line_cycles - near) / share } else { 0.0 };
@@ -156,6 +158,7 @@ impl InPhase<'_> {
             lines: share * lines / window_turns,
             latency: mean / gpu.clock.hz,
             variability: if mean > 0.0 { (mean_square / (mean * mean) - 1.0).max(0.0) } else { 0.0 },
+            batch: (share * lines / (waits * far).max(1.0)).max(1.0),
         };
         (network, in_flight)
     }
@@ -176,7 +179,13 @@ impl InPhase<'_> {
         }
         let sampled: u64 = window.waits.from.iter().sum();
         if sampled == 0 {
-            return Waits { line_cycles, squares, turn_cycles: line_cycles, from_memory: 0.0 };
+            return Waits {
+                line_cycles,
+                squares,
+                turn_cycles: line_cycles,
+                beyond_first: 1.0,
+                from_memory: 0.0,
+            };
         }
         let of = |(level, &turns): (usize, &u64)| {
             let on_path = path.iter().position(|&on_path| on_path == level);
@@ -185,7 +194,9 @@ impl InPhase<'_> {
         };
         let turn_cycles = window.waits.from.iter().enumerate().map(of).sum::<f64>() / sampled as f64;
         let from_memory = window.waits.from[MAX_LEVELS] as f64 / sampled as f64;
-        Waits { line_cycles, squares, turn_cycles, from_memory }
+        let here = path.first().map_or(0, |&first| window.waits.from[first]);
+        let beyond_first = 1.0 - here as f64 / sampled as f64;
+        Waits { line_cycles, squares, turn_cycles, beyond_first, from_memory }
     }
 }
 
@@ -196,6 +207,8 @@ struct Waits {
     squares: f64,
     /// Cycles that a turn waits.
     turn_cycles: f64,
+    /// Share of turns that wait for anything beyond the first cache.
+    beyond_first: f64,
     /// Share of turns that wait for memory.
     from_memory: f64,
 }
@@ -209,24 +222,26 @@ struct InFlight {
     latency: f64,
     /// Squared coefficient of variation of these.
     variability: f64,
+    /// Lines of a turn that has any on their way: they ask for their places together.
+    batch: f64,
 }
 
 impl InFlight {
     /// If the port is held up for as long, turns are so few that their lines wait less.
     fn longest_wait(&self) -> f64 {
-        self.lines * self.latency * (4.0 + self.variability)
+        self.lines * self.latency * (4.0 + self.batch + self.variability)
     }
 
-    /// Seconds that the lines of a turn wait for a free place, at so many turns per second: the formula of Allen and Cunneen
-    /// with the approximation of Sakasegawa 1977 for many servers.
+    /// Seconds that the lines of a turn wait for a free place, at so many turns per second: the formula of Allen and Cunneen for
+    /// arrivals in batches, with the approximation of Sakasegawa 1977 for many servers.
     fn wait(&self, turns_per_second: f64) -> f64 {
-        let Self { places, lines, latency, variability } = *self;
+        let Self { places, lines, latency, variability, batch } = *self;
         let load = turns_per_second * lines * latency / places;
         if load >= 1.0 {
             return self.longest_wait();
         }
         let waiting = load.powf((2.0 * (places + 1.0)).sqrt() - 1.0) / (places * (1.0 - load));
-        (lines * latency * 0.5 * (1.0 + variability) * waiting).min(self.longest_wait())
+        (lines * latency * 0.5 * (batch + variability) * waiting).min(self.longest_wait())
     }
 }
 
