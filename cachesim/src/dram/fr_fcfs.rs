@@ -47,8 +47,6 @@ pub(super) struct Channel {
     /// No command is issued before.
     now: u64,
     next: Option<Command>,
-    /// Of the data that `next` serves.
-    planned_direction: Direction,
     /// Something changed since `next` was found.
     stale: bool,
     waiting: VecDeque<Entry>,
@@ -107,7 +105,6 @@ impl Channel {
             group: (0..organisation.banks).map(|bank| (bank % organisation.bank_groups) as u8).collect(),
             now: 0,
             next: None,
-            planned_direction: Direction::Read,
             stale: false,
             waiting: VecDeque::new(),
             banks: vec![Bank::new(); organisation.banks as usize],
@@ -150,16 +147,16 @@ impl Channel {
         if now > self.now {
             self.run(now - 1, ledger);
             self.now = now;
+            // Entries may have come of age.
+            self.stale = true;
         }
         let Segment { bank, row, bursts, .. } = segment;
         let (order, need) = (self.orders, RowNeed::Nothing);
         self.orders += 1;
         let entry = Entry { order, seen: now, row, request, bursts, bank, direction, need };
         if self.seen[0] + self.seen[1] < self.limits.queue {
-            let planned = self.next.filter(|_| !self.stale);
             self.see(entry);
             self.weigh_writes();
-            self.plan_after(planned, &entry);
         } else {
             self.waiting.push_back(entry);
         }
@@ -212,7 +209,6 @@ impl Channel {
 
     fn plan(&mut self) -> Option<Command> {
         let direction = self.direction();
-        self.planned_direction = direction;
         if let Some(aged) = self.aged() {
             return self.plan_with_aged(direction, aged);
         }
@@ -237,26 +233,6 @@ impl Channel {
             }
         }
         best.0.map(|command| self.after_refresh(command))
-    }
-
-    /// Keeps the command planned before `entry` came where only this entry's bank can go before it.
-    #[inline]
-    fn plan_after(&mut self, planned: Option<Command>, entry: &Entry) {
-        let Some(planned) = planned.filter(|planned| planned.action != Action::Refresh) else { return };
-        let direction = self.direction();
-        if planned.bank == entry.bank || direction != self.planned_direction || self.aged().is_some() {
-            return;
-        }
-        self.stale = false;
-        if entry.direction != direction {
-            return;
-        }
-        let side = entry.direction as usize;
-        let candidate = self.candidates[side][entry.bank as usize];
-        let at = self.earliest(&candidate, entry.bank, side);
-        let mut best = Best(Some(planned));
-        best.offer(at, entry.bank, &candidate);
-        self.next = best.0;
     }
 
     /// As [`Self::plan`], where the oldest entry of some bank is past the age cap.
