@@ -27,7 +27,7 @@ pub(super) struct Demand {
     l2: f64,
     slc: f64,
     /// Bytes to and from DRAM / (peak x efficiency).
-    pub(super) dram: f64,
+    dram: f64,
     /// Triangles set up / (triangles per clock x clock).
     pub(super) setup: f64,
     /// Covered fragments / (pixels per clock x clock).
@@ -107,7 +107,7 @@ impl Demand {
 
     /// One bound per resource, always in the same order.
     pub(super) fn bounds(&self) -> Vec<Bound> {
-        let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency, .. } = *self;
+        let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency } = *self;
         [
             ("ALU issue", alu),
             ("EFU issue", efu),

@@ -37,12 +37,8 @@ pub struct TimedPhase {
     pub cycles: f64,
     /// Cycles that warps spent in each state, summed over warps.
     pub warps: WarpCycles,
-    /// Cycles of the load/store ports, summed over cores.
-    pub port_cycles: f64,
     /// Cycles during which every core had a warp.
     pub all_cores_busy: f64,
-    /// Cycles during which warps were resident and none computed.
-    pub none_computing: f64,
     /// Cycles during which no warp computed and some read from memory was awaited.
     pub stalled_on_memory: f64,
     /// Warps, summed over cycles.
@@ -265,11 +261,8 @@ impl Machine {
         if self.cores_occupied as usize == self.cores.len() {
             self.phase.all_cores_busy += passed;
         }
-        if self.computing == 0 && self.occupied > 0 {
-            self.phase.none_computing += passed;
-            if self.memory.reads_outstanding > 0 {
-                self.phase.stalled_on_memory += passed;
-            }
+        if self.computing == 0 && self.memory.reads_outstanding > 0 {
+            self.phase.stalled_on_memory += passed;
         }
         self.now = at;
     }
@@ -383,7 +376,6 @@ impl Machine {
             lines += run.lines();
         }
         let port_cycles = f64::from(turn.port_cycles);
-        self.phase.port_cycles += port_cycles;
         warp.pending = 0;
         warp.data_at = self.now;
         warp.issued = false;
