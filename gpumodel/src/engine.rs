@@ -7,10 +7,9 @@ use crate::interleave::{Interleaver, KindPaths};
 use crate::layout::Places;
 use crate::replay::{Fidelity, Maps};
 use crate::timed::{Machine, TimedFrame};
-use crate::warp::TileStream;
+use crate::warp::TileStreams;
 use crate::windows::PhaseWindows;
 use cachesim::Hierarchy;
-use std::sync::Arc;
 
 /// Runs the warps of a frame. Matched once per tile.
 #[expect(clippy::large_enum_variant, reason = "there is one per variant of a frame")]
@@ -62,10 +61,11 @@ impl Engine {
     }
 
     /// Queues the warps of a tile.
-    pub(crate) fn push(&mut self, stream: &Arc<TileStream>) {
+    pub(crate) fn push(&mut self, streams: &TileStreams) {
         match self {
-            Self::Interleaved(interleaver) => interleaver.push(stream),
-            Self::Timed(machine) => machine.push(stream),
+            Self::Interleaved(interleaver) => interleaver.push(streams),
+            // Turns with costs are all in one stream.
+            Self::Timed(machine) => machine.push(&streams.own),
         }
     }
 

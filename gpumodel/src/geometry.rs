@@ -12,7 +12,7 @@ use crate::counters::Pass;
 use crate::error::Error;
 use crate::layout::{BufferKind, PIXEL_BYTES};
 use crate::replay::ReplayConfig;
-use crate::warp::{Emitter, Program, TileStream};
+use crate::warp::{Emitter, Program, TileStreams, TreeTurns};
 use std::collections::BTreeMap;
 use tracer::{Frame, TILE_EDGE, TileDraw, TraceHeader};
 
@@ -79,7 +79,7 @@ pub(crate) fn run(
     config: &ReplayConfig,
     raster: Raster,
     program: &Program,
-    emit: &mut dyn FnMut(Pass, TileStream),
+    emit: &mut dyn FnMut(Pass, TileStreams),
 ) -> Result<(), Error> {
     let [width, height] = check(header)?;
     let ReplayConfig { gpu, costs, .. } = config;
@@ -96,7 +96,7 @@ pub(crate) fn run(
         bits.div_ceil(8) + bin.triangles.len() as u64 * u64::from(gpu.tiler.list_bytes_per_entry)
     };
 
-    let mut pass = Vertices { gpu, program, raster, emitter: Emitter::new(), emit };
+    let mut pass = Vertices { gpu, program, raster, emitter: Emitter::new(TreeTurns::Joined), emit };
     if bins.len() > 1 {
         let all = 0..header.triangles;
         pass.run(Pass::Binning, all, crate::config::VECTOR_BYTES, costs.shared.vertex_position);
@@ -157,7 +157,7 @@ struct Vertices<'a> {
     program: &'a Program,
     raster: Raster,
     emitter: Emitter,
-    emit: &'a mut dyn FnMut(Pass, TileStream),
+    emit: &'a mut dyn FnMut(Pass, TileStreams),
 }
 
 impl Vertices<'_> {
@@ -213,7 +213,7 @@ impl Vertices<'_> {
     }
 
     fn hand_on(&mut self, of: Pass) {
-        (self.emit)(of, self.emitter.take(self.program, &Default::default()));
+        (self.emit)(of, self.emitter.take(self.program, &Default::default(), None));
     }
 }
 

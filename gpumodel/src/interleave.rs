@@ -9,12 +9,11 @@ use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters, Wa
 use crate::engine::Finished;
 use crate::layout::{BufferKind, Places};
 use crate::replay::Maps;
-use crate::warp::{Run, TileStream};
+use crate::warp::{Run, TileStreams};
 use crate::windows::{Seen, WindowLog};
 use cachesim::{Access, Hierarchy, LevelServed, LineId, MAX_LEVELS, PathId, Policy, Served};
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// Paths through the caches, as the hierarchy numbers them.
 #[derive(Clone, Copy)]
@@ -56,10 +55,11 @@ struct Route {
     private: (u32, u32),
 }
 
-/// A warp that waits for a slot: its words in the stream of its tile.
+/// A warp that waits for a slot: its words in the streams of its tile.
 struct Waiting {
-    stream: Arc<TileStream>,
-    words: Range<usize>,
+    streams: TileStreams,
+    tree: Range<usize>,
+    own: Range<usize>,
     number: u32,
 }
 
@@ -68,25 +68,31 @@ struct Waiting {
 struct Slot {
     /// With the padding of a stream.
     words: Vec<u32>,
-    /// Words from here to `end` are yet to issue; none are where the slot is free.
-    next: usize,
-    end: usize,
+    /// Words that are yet to issue: of the stream that the next turn is in, and of the other.
+    next: Range<usize>,
+    other: Range<usize>,
     number: u32,
 }
 
 impl Slot {
     fn is_free(&self) -> bool {
-        self.next == self.end
+        self.next.is_empty()
     }
 
     /// Takes the warp that has waited longest; false if there is none.
     fn refill(&mut self, waiting: &mut VecDeque<Waiting>) -> bool {
-        let Some(Waiting { stream, words, number }) = waiting.pop_front() else {
+        let Some(Waiting { streams, tree, own, number }) = waiting.pop_front() else {
             return false;
         };
-        self.words.clear();
-        self.words.extend_from_slice(stream.padded(words.clone()));
-        *self = Self { words: std::mem::take(&mut self.words), next: 0, end: words.len(), number };
+        let mut words = std::mem::take(&mut self.words);
+        words.clear();
+        words.extend_from_slice(&streams.tree.words[tree]);
+        let tree = 0..words.len();
+        words.extend_from_slice(streams.own.padded(own.clone()));
+        let own = tree.end..tree.end + own.len();
+        let own_leads = tree.is_empty() || (!own.is_empty() && Run::from_word(words[own.start]).begins());
+        let (next, other) = if own_leads { (own, tree) } else { (tree, own) };
+        *self = Self { words, next, other, number };
         true
     }
 }
@@ -205,9 +211,9 @@ impl Interleaver {
     }
 
     /// Queues the warps of a tile.
-    pub(crate) fn push(&mut self, stream: &Arc<TileStream>) {
-        for warp in 0..stream.warp_ends.len() {
-            let words = stream.warp(warp);
+    pub(crate) fn push(&mut self, streams: &TileStreams) {
+        for warp in 0..streams.warps() {
+            let (tree, own) = (streams.tree.warp(warp), streams.own.warp(warp));
             self.schedule.warps += 1;
             let number = self.next_number;
             self.next_number += 1;
@@ -215,8 +221,8 @@ impl Interleaver {
                 self.misses.push(0);
             }
             // A warp that touches no memory takes no turn.
-            if !words.is_empty() {
-                self.waiting.push_back(Waiting { stream: Arc::clone(stream), words, number });
+            if !(tree.is_empty() && own.is_empty()) {
+                self.waiting.push_back(Waiting { streams: streams.clone(), tree, own, number });
             }
         }
     }
@@ -311,15 +317,18 @@ impl Interleaver {
         // Where maps are kept, nothing is pending between turns.
         let reads_before = self.caches.hierarchy.memory().reads;
         let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
-        let Slot { words, next, end, number } = slot;
+        let Slot { words, next, other, number } = slot;
         let last = loop {
-            let run = Run::from_word(words[*next]);
-            self.caches.access(core as u32, resident, run, &words[*next + 1..]);
-            *next += 1 + run.lines();
-            if run.is_last() || *next >= *end {
+            let run = Run::from_word(words[next.start]);
+            self.caches.access(core as u32, resident, run, &words[next.start + 1..]);
+            next.start += 1 + run.lines();
+            if run.is_last() || Range::is_empty(next) {
                 break run;
             }
         };
+        if last.crosses() || Range::is_empty(next) {
+            std::mem::swap(next, other);
+        }
         if let Some(before) = before {
             self.caches.sample(last, before);
         }
@@ -456,6 +465,7 @@ fn first_alike(hierarchy: &Hierarchy, path: PathId, paths: KindPaths) -> PathId 
 mod tests {
     use super::*;
     use crate::mock::gpu;
+    use crate::warp::TileStream;
     use proptest::prelude::*;
 
     proptest! {
@@ -478,8 +488,8 @@ mod tests {
         }
     }
 
-    fn stream(warps: &[&[(BufferKind, u32)]]) -> Arc<TileStream> {
-        let mut writer = crate::warp::StreamWriter::new();
+    fn stream(warps: &[&[(BufferKind, u32)]]) -> TileStreams {
+        let mut writer = crate::warp::StreamWriter::default();
         let mut ends = Vec::new();
         for warp in warps {
             for &(kind, line) in *warp {
@@ -489,7 +499,7 @@ mod tests {
             }
             ends.push(writer.len());
         }
-        Arc::new(TileStream { words: writer.take(), warp_ends: ends, ..TileStream::default() })
+        TileStreams::joined(TileStream { words: writer.take(), warp_ends: ends, ..TileStream::default() })
     }
 
     fn interleaver(resident: u32) -> Interleaver {

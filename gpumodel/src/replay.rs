@@ -3,8 +3,8 @@
 //! Tiles are replayed in parallel, in batches that bound the memory; the interleavers take one batch in order while the
 //! next is made. The order of accesses depends on the tiles alone, so the counters do not depend on the threads.
 //!
-//! Variants of a frame (layouts, techniques, GPUs) are replayed side by side: a tile is decoded once, and run in lockstep once for all
-//! variants whose warps have the same shape.
+//! Variants of a frame (layouts, techniques, GPUs) are replayed side by side: a tile is decoded once, run in lockstep once for all
+//! variants whose warps have the same shape, and what these read of the tree is listed once for all to which it lies the same.
 
 use crate::config::{Gpu, ShaderCosts, Technique};
 use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters};
@@ -15,7 +15,7 @@ use crate::interleave::KindPaths;
 use crate::layout::{BufferBytes, Buffers, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
 use crate::schedule::{HELPER, LaneMap, resident_warps};
 use crate::timed::TimedFrame;
-use crate::warp::{Emitter, Program, Stepper, TileStream};
+use crate::warp::{Emitter, Program, Stepper, TileStreams, TreeTurns};
 use crate::windows::PhaseWindows;
 use cachesim::Hierarchy;
 use rayon::prelude::*;
@@ -177,7 +177,7 @@ pub fn replay_all<S: TileSource>(
 
 /// What a tile is on one variant.
 struct VariantTile {
-    stream: Arc<TileStream>,
+    streams: TileStreams,
     /// Per ray of the tile, where maps are kept.
     node_fetches: Vec<u32>,
     loaded_bytes: Vec<u32>,
@@ -205,7 +205,14 @@ struct Shape {
     lane_map: LaneMap,
     /// Ray sets that any of its variants traces.
     wanted: Vec<bool>,
-    variants: Vec<usize>,
+    variants: Vec<Sharer>,
+}
+
+/// A variant among those of its shape.
+struct Sharer {
+    variant: usize,
+    /// The variant before it which has their turns on the tree.
+    tree_of: Option<usize>,
 }
 
 /// What one tile at a time is made with.
@@ -221,14 +228,21 @@ impl<'a> Workshop<'a> {
         let mut shapes: Vec<Shape> = Vec::new();
         for (index, variant) in variants.iter().enumerate() {
             let wanted = variant.program.wanted();
+            let sharer = |earlier: &[Sharer]| {
+                let alike = |other: &&Sharer| variant.program.reads_tree_as(&variants[other.variant].program);
+                let leads = |other: &&Sharer| other.tree_of.is_none();
+                let tree_of = earlier.iter().filter(leads).find(alike).map(|leader| leader.variant);
+                Sharer { variant: index, tree_of }
+            };
             match shapes.iter_mut().find(|shape| shape.lane_map == variant.lane_map) {
                 Some(shape) => {
-                    shape.variants.push(index);
+                    let sharer = sharer(&shape.variants);
+                    shape.variants.push(sharer);
                     shape.wanted.iter_mut().zip(wanted).for_each(|(any, this)| *any |= this);
                 }
                 None => {
                     let lane_map = variant.lane_map.clone();
-                    shapes.push(Shape { lane_map, wanted, variants: vec![index] });
+                    shapes.push(Shape { lane_map, wanted, variants: vec![sharer(&[])] });
                 }
             }
         }
@@ -238,7 +252,15 @@ impl<'a> Workshop<'a> {
     }
 
     fn bench(&self) -> Bench {
-        let emitters = self.programs.iter().map(|_| Emitter::new()).collect();
+        let mut tree_turns = vec![TreeTurns::Joined; self.programs.len()];
+        for &Sharer { variant, tree_of } in self.shapes.iter().flat_map(|shape| &shape.variants) {
+            tree_turns[variant] = match tree_of {
+                _ if self.programs[variant].keeps_turns => TreeTurns::Joined,
+                Some(_) => TreeTurns::Elsewhere,
+                None => TreeTurns::Apart,
+            };
+        }
+        let emitters = tree_turns.into_iter().map(Emitter::new).collect();
         Bench { tile: Tile::default(), stepper: Stepper::new(), emitters }
     }
 
@@ -247,26 +269,29 @@ impl<'a> Workshop<'a> {
         source.tile(index, tile)?;
         let rect = self.header.frame.tile(index);
         check(self.header, tile, rect.width * rect.height)?;
-        let mut streams: Vec<Option<TileStream>> = self.programs.iter().map(|_| None).collect();
+        let mut streams: Vec<Option<TileStreams>> = self.programs.iter().map(|_| None).collect();
         for Shape { lane_map, wanted, variants } in &self.shapes {
             let emit = |warp: &crate::warp::WarpSteps| {
-                variants.iter().try_for_each(|&variant| {
+                variants.iter().try_for_each(|&Sharer { variant, .. }| {
                     emitters[variant].trace(&self.programs[variant], warp, index, rect)
                 })
             };
             let tally = stepper
                 .run(self.header, wanted, lane_map, (tile, rect), emit)
                 .map_err(|problem| refuse(self.header, problem))?;
-            for &variant in variants {
-                streams[variant] = Some(emitters[variant].take(&self.programs[variant], &tally));
+            for &Sharer { variant, tree_of } in variants {
+                let tree = tree_of.and_then(|leader| streams[leader].as_ref()).map(|leader| &leader.tree);
+                let taken = emitters[variant].take(&self.programs[variant], &tally, tree);
+                streams[variant] = Some(taken);
             }
         }
-        let variants = streams.into_iter().zip(&self.programs).map(|(stream, program)| {
+        let streams = streams.into_iter().map(|streams| streams.expect("every variant is of some shape"));
+        let variants = streams.zip(&self.programs).map(|(streams, program)| {
             let (node_fetches, loaded_bytes) = match self.maps {
                 Maps::Kept => per_ray(tile, program, rect.width * rect.height),
                 Maps::Dropped => (Vec::new(), Vec::new()),
             };
-            VariantTile { stream: Arc::new(stream.unwrap_or_default()), node_fetches, loaded_bytes }
+            VariantTile { streams, node_fetches, loaded_bytes }
         });
         let variants = variants.collect();
         let draws = if self.rasters { std::mem::take(&mut tile.draws) } else { Vec::new() };
@@ -374,12 +399,12 @@ impl<'a> Variant<'a> {
 
     /// Takes the next tile of the traced pass.
     fn take(&mut self, rect: TileRect, tile: &VariantTile) {
-        add_issue(&mut self.counters, &tile.stream);
+        add_issue(&mut self.counters, &tile.streams);
         if let Some(maps) = &mut self.maps {
             paint(&mut maps.node_fetches, rect, &tile.node_fetches);
             paint(&mut maps.loaded_bytes, rect, &tile.loaded_bytes);
         }
-        self.engine.push(&tile.stream);
+        self.engine.push(&tile.streams);
         self.engine.run_ahead();
     }
 
@@ -393,12 +418,12 @@ impl<'a> Variant<'a> {
         if let Some(raster) = self.config.technique.raster {
             let Self { config, program, engine, counters, .. } = &mut self;
             let mut before = None;
-            geometry::run(header, draws, config, raster, program, &mut |pass, stream| {
+            geometry::run(header, draws, config, raster, program, &mut |pass, streams| {
                 if let Some(before) = before.replace(pass).filter(|&before| before != pass) {
                     engine.drain(before);
                 }
-                add_issue(counters, &stream);
-                engine.push(&Arc::new(stream));
+                add_issue(counters, &streams);
+                engine.push(&streams);
                 engine.run_ahead();
             })?;
             engine.drain(Pass::Geometry);
@@ -422,7 +447,7 @@ impl<'a> Variant<'a> {
     fn present(&mut self, frame: Frame) {
         let Self { config, program, engine, counters, .. } = self;
         let lane_map = LaneMap::new(&config.gpu, frame, crate::config::Stage::Fragment);
-        let mut emitter = Emitter::new();
+        let mut emitter = Emitter::new(TreeTurns::Joined);
         for index in 0..frame.tiles() {
             let rect = frame.tile(index);
             let (mut warps, mut lanes) = (0, 0);
@@ -434,9 +459,9 @@ impl<'a> Variant<'a> {
             let issue = emitter.issue(Pass::Present);
             program.spend(program.present, warps, lanes, issue);
             issue.output_bytes += lanes * u64::from(config.gpu.output.bytes_per_pixel);
-            let stream = emitter.take(program, &Default::default());
-            add_issue(counters, &stream);
-            engine.push(&Arc::new(stream));
+            let streams = emitter.take(program, &Default::default(), None);
+            add_issue(counters, &streams);
+            engine.push(&streams);
             engine.run_ahead();
         }
         engine.drain(Pass::Present);
@@ -457,9 +482,11 @@ fn empty_map(frame: Frame) -> HeatMap {
     HeatMap { width, height, values: vec![0; frame.rays() as usize] }
 }
 
-fn add_issue(counters: &mut FrameCounters, stream: &TileStream) {
-    for (sum, &issue) in counters.passes.iter_mut().zip(&stream.issue) {
-        *sum += PassCounters { issue, ..PassCounters::default() };
+fn add_issue(counters: &mut FrameCounters, TileStreams { tree, own }: &TileStreams) {
+    for stream in [tree, own] {
+        for (sum, &issue) in counters.passes.iter_mut().zip(&stream.issue) {
+            *sum += PassCounters { issue, ..PassCounters::default() };
+        }
     }
 }
 

@@ -40,6 +40,21 @@ fn variants_side_by_side_count_what_each_counts_alone() {
         for order in NodeOrder::ALL {
             configs.push(ReplayConfig { node_order: order, ..config("hybrid") });
         }
+        for order in PrimitiveOrder::ALL {
+            configs.push(ReplayConfig { primitive_order: Some(order), ..config("compute") });
+        }
+        for records in NodeRecords::ALL
+            .into_iter()
+            .filter(|records| *records != NodeRecords::ChildBoxes || traversal == Traversal::BvhStack)
+        {
+            for layout in [PrimitiveLayout::Padded, PrimitiveLayout::Split] {
+                configs.push(ReplayConfig {
+                    node_records: records,
+                    primitive_layout: layout,
+                    ..config("fragment")
+                });
+            }
+        }
         let together = replay_all(&frame(&traced), &configs, Maps::Kept, &|_, _| {}).expect("valid");
         for (config, together) in configs.iter().zip(together) {
             let alone = run(&traced, config);

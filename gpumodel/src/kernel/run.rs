@@ -11,9 +11,8 @@ use crate::layout::{BufferKind, Places};
 use crate::replay::{Fidelity, Maps};
 use crate::schedule::warps_that_fit;
 use crate::timed::{TimedFrame, TimedPhase};
-use crate::warp::{Distinct, Run, StreamWriter, TileStream, Turn};
+use crate::warp::{Distinct, Run, StreamWriter, TileStream, TileStreams, Turn};
 use cachesim::Hierarchy;
-use std::sync::Arc;
 
 /// Warps of a stream: enough that pushing them costs nothing, and few enough to stay in memory.
 const STREAM_WARPS: u32 = 64;
@@ -76,7 +75,7 @@ pub fn run_kernel(kernel: &dyn Kernel, gpu: &Gpu, fidelity: Fidelity) -> Result<
         if (warp + 1) % STREAM_WARPS == 0 || warp + 1 == kernel.warps() {
             let stream = emitter.take();
             issue.iter_mut().zip(stream.issue).for_each(|(sum, of)| *sum += of);
-            engine.push(&Arc::new(stream));
+            engine.push(&TileStreams::joined(stream));
             engine.run_ahead();
         }
     }
@@ -148,7 +147,7 @@ impl<'a> KernelEmitter<'a> {
             gpu,
             line_shifts,
             distinct: Distinct::new(),
-            writer: StreamWriter::new(),
+            writer: StreamWriter::default(),
             stream: TileStream::default(),
         }
     }

@@ -11,12 +11,13 @@
 
 use super::VEC4_BYTES;
 use super::node::NodeLayout;
-use super::records::{NodeRecords, PrimitiveOrder};
+use super::records::PrimitiveOrder;
+use super::tree::{TreeBuffers, node_places};
 use crate::config::Technique;
 use crate::error::Error;
 use crate::replay::ReplayConfig;
 use cachesim::LineSize;
-use tracer::{TILE_RAYS, TileSource, Topology, TopologyNode};
+use tracer::{TILE_RAYS, TileSource};
 
 /// Bytes of a stack entry: a node and a distance.
 pub(crate) const STACK_ENTRY_BYTES: u32 = 8;
@@ -24,7 +25,7 @@ pub(crate) const STACK_ENTRY_BYTES: u32 = 8;
 pub(crate) const PIXEL_BYTES: u64 = 4;
 /// Where buffers may begin: a multiple of any line.
 const ALIGNMENT: u64 = 4096;
-const NOWHERE: u32 = u32::MAX;
+pub(super) const NOWHERE: u32 = u32::MAX;
 
 /// What a buffer holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -106,20 +107,13 @@ pub(crate) struct Buffers {
     pub(crate) structure_bytes: u64,
     /// Bytes that each buffer takes.
     pub(crate) sizes: BufferBytes,
-    pub(crate) node_reads: Reads,
+    pub(crate) tree: TreeBuffers,
     pub(crate) intersection_reads: Reads,
     pub(crate) shading_reads: Reads,
-    /// Lines of a load are its address shifted right by this.
-    pub(crate) line_shift: u32,
-    /// As `line_shift`, of private memory.
-    pub(crate) stack_line_shift: u32,
     /// First line of the stacks.
     pub(crate) stack_base_line: u32,
     /// Lines of the stacks of one resident warp.
     pub(crate) stack_stride_lines: u32,
-    /// Entries of a lane's stack in memory; 0 without one.
-    pub(crate) stack_entries: u32,
-    nodes: Vec<u32>,
     /// Positions in the leaves.
     positions: u32,
     /// Per position, the triangle record; empty where triangles lie in leaf order.
@@ -219,7 +213,13 @@ impl Buffers {
             NOWHERE => NOWHERE,
             place => vec4(node_base) + place * node_vec4,
         };
-        let nodes = places.into_iter().map(address).collect();
+        let tree = TreeBuffers {
+            reads: Reads::new(node_bytes, node_stride, line),
+            line_shift: line.log2() - VEC4_BYTES.ilog2(),
+            stack_line_shift: private_line.log2(),
+            stack_entries,
+            nodes: places.into_iter().map(address).collect(),
+        };
         let (record_of_position, record_of_triangle) = if leaf_order {
             let mut records = vec![NOWHERE; topology.triangles as usize];
             for (position, &triangle) in (0..).zip(&topology.references) {
@@ -239,15 +239,11 @@ impl Buffers {
         Ok(Self {
             structure_bytes,
             sizes,
-            node_reads: Reads::new(node_bytes, node_stride, line),
+            tree,
             intersection_reads: Reads::new(intersection.len() as u32, stride, line),
             shading_reads: Reads::new(shading.len() as u32, shading_stride, line),
-            line_shift: line.log2() - VEC4_BYTES.ilog2(),
-            stack_line_shift: private_line.log2(),
             stack_base_line: (stack_base >> private_line.log2()) as u32,
             stack_stride_lines: (stack_stride >> private_line.log2()) as u32,
-            stack_entries,
-            nodes,
             positions: references as u32,
             record_of_position,
             record_of_triangle,
@@ -282,12 +278,6 @@ impl Buffers {
         self.index_base.is_some()
     }
 
-    /// Address of a node's record.
-    #[inline(always)]
-    pub(crate) fn node(&self, node: u32) -> Option<u32> {
-        self.nodes.get(node as usize).copied().filter(|&address| address != NOWHERE)
-    }
-
     /// Address of what an intersection with the triangle at a position in the leaves reads.
     #[inline(always)]
     pub(crate) fn intersection(&self, position: u32) -> Option<u32> {
@@ -302,7 +292,7 @@ impl Buffers {
     /// Line of the index list that holds a position in the leaves.
     #[inline(always)]
     pub(crate) fn index_line(&self, position: u32) -> u32 {
-        (self.index_base.unwrap_or(0) + position / 4) >> self.line_shift
+        (self.index_base.unwrap_or(0) + position / 4) >> self.tree.line_shift
     }
 
     /// Address of what shading a triangle, in file order, reads.
@@ -318,41 +308,12 @@ impl Buffers {
         };
         (record != NOWHERE).then(|| self.shading.base + record * self.shading.stride)
     }
-
-    /// Line of a lane's stack entry, counted from the first line of its warp's stacks.
-    #[inline(always)]
-    pub(crate) fn stack_line(&self, entry: u32, lane: u32, warp_width: u32) -> u32 {
-        debug_assert!(entry < self.stack_entries);
-        ((entry * warp_width + lane) * STACK_ENTRY_BYTES) >> self.stack_line_shift
-    }
-}
-
-/// Per node, the place of the record that a fetch of it reads, and the number of records. With the boxes of both children in their
-/// parent, a fetch of a left child reads its parent's record; no other node has one to read.
-fn node_places(config: &ReplayConfig, topology: &Topology) -> (Vec<u32>, u64) {
-    let positions = config.node_order.positions(topology);
-    let count = positions.len();
-    if config.node_records != NodeRecords::ChildBoxes {
-        return (positions, count as u64);
-    }
-    let mut inner: Vec<(u32, u32)> = Vec::new();
-    for (node, &position) in topology.nodes.iter().zip(&positions) {
-        if let TopologyNode::Inner { left } = *node {
-            inner.push((position, left));
-        }
-    }
-    inner.sort_unstable();
-    let mut places = vec![NOWHERE; count];
-    for (place, &(_, left)) in (0..).zip(&inner) {
-        places[left as usize] = place;
-    }
-    (places, inner.len() as u64)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::PrimitiveLayout;
+    use crate::layout::{NodeRecords, PrimitiveLayout};
     use crate::mock::{Recorded, config, gpu};
     use std::collections::BTreeSet;
     use tracer::Accel;
@@ -389,8 +350,8 @@ mod tests {
         ] {
             let buffers = buffers(accel, traversal, PrimitiveLayout::Padded, line);
             // 1920 of 2047 nodes: a whole number of the 8 offsets that a record can have in a line.
-            let nodes = (0..1920).map(|node| vec![buffers.node(node).unwrap()]);
-            let mean = mean_lines(buffers.node_reads, buffers.line_shift, nodes);
+            let nodes = (0..1920).map(|node| vec![buffers.tree.node(node).unwrap()]);
+            let mean = mean_lines(buffers.tree.reads, buffers.tree.line_shift, nodes);
             assert_eq!(mean, expected, "{traversal}, lines of {line} bytes");
         }
     }
@@ -402,9 +363,9 @@ mod tests {
             let padded = ReplayConfig { node_records: NodeRecords::Padded, ..config(gpu(&[])) };
             let line = LineSize::new(line).expect("a power of two");
             let buffers = Buffers::new(&source, &padded, 1, line, line).expect("the mock is valid");
-            let nodes = (0..1920).map(|node| vec![buffers.node(node).unwrap()]);
-            assert_eq!(mean_lines(buffers.node_reads, buffers.line_shift, nodes), 1.0);
-            assert!(buffers.node_reads.one_line && buffers.node_reads.loads == 3);
+            let nodes = (0..1920).map(|node| vec![buffers.tree.node(node).unwrap()]);
+            assert_eq!(mean_lines(buffers.tree.reads, buffers.tree.line_shift, nodes), 1.0);
+            assert!(buffers.tree.reads.one_line && buffers.tree.reads.loads == 3);
         }
     }
 
@@ -423,7 +384,8 @@ mod tests {
             for (k, expected) in [1_u32, 2, 4, 8].into_iter().zip(means) {
                 let leaf =
                     |first: u32| (first..first + k).map(|p| buffers.intersection(p).unwrap()).collect();
-                let mean = mean_lines(buffers.intersection_reads, buffers.line_shift, (0..512).map(leaf));
+                let mean =
+                    mean_lines(buffers.intersection_reads, buffers.tree.line_shift, (0..512).map(leaf));
                 assert_eq!(mean, expected, "{layout:?}, {k} triangles, lines of {line} bytes");
             }
         }
@@ -436,7 +398,7 @@ mod tests {
         {
             let buffers = buffers(Accel::Bvh, "stack", layout, 64);
             let triangles = (0..512).map(|triangle| vec![buffers.shading(triangle).unwrap()]);
-            let mean = mean_lines(buffers.shading_reads, buffers.line_shift, triangles);
+            let mean = mean_lines(buffers.shading_reads, buffers.tree.line_shift, triangles);
             assert_eq!(mean, expected, "{layout:?}");
         }
     }
@@ -448,11 +410,11 @@ mod tests {
         {
             let buffers = buffers(accel, traversal, PrimitiveLayout::Split, 64);
             let straddles = (0..2047).any(|node| {
-                let first = buffers.node(node).unwrap();
-                let last = first + buffers.node_reads.loads - 1;
-                first >> buffers.line_shift != last >> buffers.line_shift
+                let first = buffers.tree.node(node).unwrap();
+                let last = first + buffers.tree.reads.loads - 1;
+                first >> buffers.tree.line_shift != last >> buffers.tree.line_shift
             });
-            assert_eq!(buffers.node_reads.one_line, !straddles, "{traversal}");
+            assert_eq!(buffers.tree.reads.one_line, !straddles, "{traversal}");
         }
     }
 
@@ -473,7 +435,7 @@ mod tests {
         let of_records = |records: &mut dyn Iterator<Item = u32>, reads: Reads| -> BTreeSet<u32> {
             records.flat_map(|record| (0..reads.loads).map(move |load| (record + load) >> 2)).collect()
         };
-        take("node", of_records(&mut (0..2047).map(|n| buffers.node(n).unwrap()), buffers.node_reads));
+        take("node", of_records(&mut (0..2047).map(|n| buffers.tree.node(n).unwrap()), buffers.tree.reads));
         let tests = &mut (0..1024).map(|p| buffers.intersection(p).unwrap());
         take("primitive", of_records(tests, buffers.intersection_reads));
         take(
@@ -484,7 +446,7 @@ mod tests {
         let base = |warp: u32| buffers.stack_base_line + warp * buffers.stack_stride_lines;
         for warp in 0..64 {
             let entries = (0..11).flat_map(|entry| (0..32).map(move |lane| (entry, lane)));
-            let stack = entries.map(|(entry, lane)| base(warp) + buffers.stack_line(entry, lane, 32));
+            let stack = entries.map(|(entry, lane)| base(warp) + buffers.tree.stack_line(entry, lane, 32));
             take("stack", stack.collect());
         }
     }
@@ -492,7 +454,7 @@ mod tests {
     #[test]
     fn addresses_outside_the_buffers_are_refused_at_their_limit() {
         let buffers = buffers(Accel::Bvh, "stack", PrimitiveLayout::Padded, 64);
-        assert!(buffers.node(2046).is_some() && buffers.node(2047).is_none());
+        assert!(buffers.tree.node(2046).is_some() && buffers.tree.node(2047).is_none());
         assert!(buffers.intersection(1023).is_some() && buffers.intersection(1024).is_none());
         assert!(buffers.shading(1023).is_some() && buffers.shading(1024).is_none());
     }

@@ -5,6 +5,7 @@ mod node;
 mod order;
 mod primitive;
 mod records;
+mod tree;
 
 pub use buffers::BufferBytes;
 pub(crate) use buffers::{BufferKind, Buffers, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES};

@@ -2,12 +2,14 @@
 
 use super::distinct::Distinct;
 use super::program::{INDEX_BYTES, NodeReads, Program};
+use super::seam::{Half, Seam, TreeTurns};
 use super::steps::{TileTally, WarpStep, WarpSteps};
-use super::stream::{Run, StreamWriter, TileStream, Turn};
+use super::stream::{Run, Share, StreamWriter, TileStream, TileStreams, Turn};
 use crate::config::Cost;
 use crate::counters::{IssueCounters, Pass};
 use crate::layout::{BufferKind, PIXEL_BYTES, Reads, STACK_ENTRY_BYTES, VEC4_BYTES};
 use crate::schedule::{HELPER, z_order};
+use std::sync::Arc;
 use tracer::{Op, RayKind, TILE_RAYS, TileRect};
 
 /// Collects what warps ask of the caches, tile by tile.
@@ -15,21 +17,21 @@ pub(crate) struct Emitter {
     distinct: Distinct,
     /// Addresses that a step reads from, kept here so that no step clears room for them.
     records: [u32; 64],
-    writer: StreamWriter,
-    warp_ends: Vec<usize>,
+    tree: Half,
+    own: Half,
+    seam: Seam,
     turns: Turns,
-    issue: [IssueCounters; Pass::COUNT],
 }
 
 impl Emitter {
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(tree_turns: TreeTurns) -> Self {
         Self {
             distinct: Distinct::new(),
             records: [0; 64],
-            writer: StreamWriter::new(),
-            warp_ends: Vec::new(),
+            tree: Half::default(),
+            own: Half::default(),
+            seam: Seam::new(tree_turns),
             turns: Turns::default(),
-            issue: [IssueCounters::default(); Pass::COUNT],
         }
     }
 
@@ -47,7 +49,8 @@ impl Emitter {
         if program.attachments > 0 {
             self.pixels(program, Pass::Output, BufferKind::Attachment, &warp.rays, index, rect);
         }
-        for (set, &kind) in program.kinds.iter().enumerate().filter(|&(_, &kind)| program.traces(kind)) {
+        for (set, &kind) in program.lanes.kinds.iter().enumerate().filter(|&(_, &kind)| program.traces(kind))
+        {
             let pass = match kind {
                 RayKind::Primary => Pass::Primary,
                 RayKind::Shadow => Pass::Shadow,
@@ -64,7 +67,7 @@ impl Emitter {
                 self.turns.spend(program.shade);
                 let buffers = &program.buffers;
                 let triangles = warp.shaded.iter().copied();
-                let mut output = self.part(program, Pass::Output);
+                let mut output = self.part(program, Pass::Output, Share::Own);
                 output
                     .locate(triangles, |triangle| buffers.shading(triangle))
                     .map_err(|triangle| missing("triangle", triangle))?
@@ -93,7 +96,7 @@ impl Emitter {
         set: usize,
     ) -> Result<(), String> {
         if warp.sets[set].traced {
-            self.turns.spend(program.setup(program.kinds[set]));
+            self.turns.spend(program.setup(program.lanes.kinds[set]));
         }
         let (overhead, steps) = program.overhead(&warp.sets[set]);
         let share = |cost: u32, step: u64| (u64::from(cost) * step / steps.max(1)) as u32;
@@ -120,7 +123,7 @@ impl Emitter {
 
     /// A run of lines that fixed-function hardware reads.
     pub(crate) fn fetch(&mut self, program: &Program, pass: Pass, kind: BufferKind, lines: &[u32]) {
-        let mut part = self.part(program, pass);
+        let mut part = self.part(program, pass, Share::Own);
         let found = part.distinct.filter(lines.iter().copied(), part.writer.lines());
         part.writer.push(Run::new(pass, kind, false, found, 1));
         part.counters.line_requests += found as u64;
@@ -133,7 +136,9 @@ impl Emitter {
 
     /// The next warp begins. Its last turn may be one without loads and stores.
     pub(crate) fn end_warp(&mut self, program: &Program) {
-        self.warp_ends.push(self.writer.len());
+        self.tree.warp_ends.push(self.tree.writer.len());
+        self.own.warp_ends.push(self.own.writer.len());
+        self.seam.end_warp(self.own.writer.len());
         if program.keeps_turns {
             self.turns.end_warp();
         }
@@ -146,31 +151,43 @@ impl Emitter {
 
     /// The counters of a pass, for what is not counted by warps.
     pub(crate) fn issue(&mut self, pass: Pass) -> &mut IssueCounters {
-        &mut self.issue[pass as usize]
+        &mut self.own.issue[pass as usize]
     }
 
-    /// What has been collected, with what `tally` says that the warps issued.
-    pub(crate) fn take(&mut self, program: &Program, tally: &TileTally) -> TileStream {
-        program.issue(tally, &mut self.issue);
-        TileStream {
-            words: self.writer.take(),
-            warp_ends: std::mem::take(&mut self.warp_ends),
-            turns: std::mem::take(&mut self.turns.done),
-            turn_ends: std::mem::take(&mut self.turns.warp_ends),
-            issue: std::mem::take(&mut self.issue),
-        }
+    /// What has been collected, with what `tally` says that the warps issued. `tree` is the stream of the turns on the tree where
+    /// those are [`TreeTurns::Elsewhere`].
+    pub(crate) fn take(
+        &mut self,
+        program: &Program,
+        tally: &TileTally,
+        tree: Option<&Arc<TileStream>>,
+    ) -> TileStreams {
+        program.issue(tally, &mut self.own.issue);
+        self.seam.end_warp(0);
+        let turns = std::mem::take(&mut self.turns.done);
+        let turn_ends = std::mem::take(&mut self.turns.warp_ends);
+        let (of_tree, own) = (self.tree.take(), TileStream { turns, turn_ends, ..self.own.take() });
+        TileStreams { tree: tree.map_or_else(|| Arc::new(of_tree), Arc::clone), own: Arc::new(own) }
     }
 
-    fn part<'a>(&'a mut self, program: &'a Program, pass: Pass) -> Part<'a> {
-        let Self { distinct, records, writer, turns, issue, .. } = self;
+    #[inline(always)]
+    fn part<'a>(&'a mut self, program: &'a Program, pass: Pass, share: Share) -> Part<'a> {
+        let Self { distinct, records, tree, own, seam, turns } = self;
+        let (half, other) = match share {
+            Share::Tree => (tree, own),
+            Share::Own => (own, tree),
+        };
         Part {
             program,
             distinct,
             records,
             located: 0,
-            writer,
+            writer: &mut half.writer,
+            other: &mut other.writer,
+            seam,
+            share,
             turns,
-            counters: &mut issue[pass as usize],
+            counters: &mut half.issue[pass as usize],
             pass,
         }
     }
@@ -199,15 +216,26 @@ impl Emitter {
             };
             let active = rays.iter().filter(|&&ray| ray != HELPER).count() as u32;
             let lines = rays.iter().copied().filter(|&ray| ray != HELPER).map(of_ray);
-            let mut part = self.part(program, pass);
+            let mut part = self.part(program, pass, Share::Own);
             part.touch(Access { kind, write, bytes: PIXEL_BYTES as u32, repeats: 1 }, lines, active);
         }
-        self.part(program, pass).end_turn(!write);
+        self.part(program, pass, Share::Own).end_turn(!write);
     }
 
     #[inline(always)]
     fn step(&mut self, program: &Program, pass: Pass, step: WarpStep<'_>) -> Result<(), String> {
-        let mut part = self.part(program, pass);
+        let share = match self.seam.tree_turns() {
+            TreeTurns::Joined => Share::Own,
+            _ if step.op == Op::Primitive => Share::Own,
+            TreeTurns::Apart => Share::Tree,
+            TreeTurns::Elsewhere => {
+                if program.takes_turn(step) {
+                    self.seam.turn(Share::Tree, &mut self.tree.writer, &mut self.own.writer);
+                }
+                return Ok(());
+            }
+        };
+        let mut part = self.part(program, pass, share);
         match step.op {
             Op::Node => part.node(step),
             Op::Up => part.record(step.records, step.lanes).map(|()| part.end_turn(true)),
@@ -260,6 +288,10 @@ struct Part<'a> {
     records: &'a mut [u32; 64],
     located: usize,
     writer: &'a mut StreamWriter,
+    /// Of the stream that the part is not in.
+    other: &'a mut StreamWriter,
+    seam: &'a mut Seam,
+    share: Share,
     turns: &'a mut Turns,
     counters: &'a mut IssueCounters,
     pass: Pass,
@@ -278,7 +310,7 @@ impl Part<'_> {
         let Access { kind, write, bytes, repeats } = access;
         self.writer.push(Run::new(self.pass, kind, write, found, repeats));
         let bytes = active * bytes;
-        let port_cycles = (found as u32).max(self.program.port_cycles[bytes as usize / 4]);
+        let port_cycles = (found as u32).max(self.program.lanes.port_cycles[bytes as usize / 4]);
         let (repeats, lines) = (u64::from(repeats), found as u64);
         self.counters.memory_instructions += repeats;
         self.counters.line_requests += lines;
@@ -308,7 +340,7 @@ impl Part<'_> {
     /// All loads of one record by `active` lanes, at the located addresses.
     #[inline(always)]
     fn read_records(&mut self, kind: BufferKind, reads: Reads, active: u32) {
-        let shift = self.program.buffers.line_shift;
+        let shift = self.program.buffers.tree.line_shift;
         let access = Access { kind, write: false, bytes: VEC4_BYTES as u32, repeats: 1 };
         let (loads, repeats) = if reads.one_line { (1, reads.loads) } else { (reads.loads, 1) };
         for load in 0..loads {
@@ -322,6 +354,10 @@ impl Part<'_> {
     #[inline(always)]
     fn end_turn(&mut self, waits: bool) {
         self.writer.end_turn();
+        match self.share {
+            Share::Tree => self.seam.turn(Share::Tree, self.writer, self.other),
+            Share::Own => self.seam.turn(Share::Own, self.other, self.writer),
+        }
         self.counters.turns += 1;
         self.counters.memory_waits += u64::from(waits);
         if self.program.keeps_turns {
@@ -331,10 +367,10 @@ impl Part<'_> {
 
     #[inline(always)]
     fn record(&mut self, nodes: &[u32], active: u32) -> Result<(), String> {
-        let buffers = &self.program.buffers;
-        self.locate(nodes.iter().copied(), |node| buffers.node(node))
+        let tree = &self.program.buffers.tree;
+        self.locate(nodes.iter().copied(), |node| tree.node(node))
             .map_err(|node| missing("node", node))?
-            .read_records(BufferKind::Node, buffers.node_reads, active);
+            .read_records(BufferKind::Node, tree.reads, active);
         Ok(())
     }
 
@@ -345,20 +381,19 @@ impl Part<'_> {
             self.record(step.records, step.lanes)?;
         }
         if self.program.nodes != NodeReads::One && siblings > 0 {
-            let buffers = &self.program.buffers;
+            let tree = &self.program.buffers.tree;
             let nodes = step.records.iter().copied().filter(|&node| node != 0);
             let located = if self.program.nodes == NodeReads::Pair {
-                self.locate(nodes, |node| buffers.node(node + 1))
+                self.locate(nodes, |node| tree.node(node + 1))
                     .map_err(|node| missing("sibling of node", node))?
             } else {
-                self.locate(nodes, |node| buffers.node(node))
-                    .map_err(|node| missing("parent of node", node))?
+                self.locate(nodes, |node| tree.node(node)).map_err(|node| missing("parent of node", node))?
             };
-            located.read_records(BufferKind::Node, buffers.node_reads, siblings);
-        } else if self.program.nodes == NodeReads::Parent {
-            return Ok(());
+            located.read_records(BufferKind::Node, tree.reads, siblings);
         }
-        self.end_turn(true);
+        if self.program.takes_turn(step) {
+            self.end_turn(true);
+        }
         Ok(())
     }
 
@@ -380,10 +415,10 @@ impl Part<'_> {
 
     #[inline(always)]
     fn stack(&mut self, step: WarpStep<'_>, write: bool) -> Result<(), String> {
-        let entries = self.program.stack_entries;
-        let buffers = &self.program.buffers;
+        let (tree, warp_width) = (&self.program.buffers.tree, self.program.lanes.warp_width);
+        let entries = tree.stack_entries;
         // A power of two, as both sizes are.
-        let lanes_per_line = ((1 << buffers.stack_line_shift) / STACK_ENTRY_BYTES).max(1);
+        let lanes_per_line = ((1 << tree.stack_line_shift) / STACK_ENTRY_BYTES).max(1);
         let out = self.writer.lines();
         let mut found = 0;
         for group in step.records.chunks_exact(3) {
@@ -394,13 +429,13 @@ impl Part<'_> {
             let mut lanes = u64::from(group[1]) | u64::from(group[2]) << 32;
             while lanes != 0 {
                 let lane = lanes.trailing_zeros();
-                let line = buffers.stack_line(entry, lane, self.program.warp_width);
+                let line = tree.stack_line(entry, lane, warp_width);
                 // Entries are distinct; two of them share a line only where a line holds more than a warp's entry.
                 if !out[..found].contains(&line) {
                     out[found] = line;
                     found += 1;
                 }
-                let place = entry * self.program.warp_width + lane;
+                let place = entry * warp_width + lane;
                 let next_line = lane + lanes_per_line - (place & (lanes_per_line - 1));
                 lanes &= u64::MAX.checked_shl(next_line).unwrap_or(0);
             }
@@ -425,4 +460,97 @@ struct Access {
 /// What a step that names something unknown is refused with.
 fn missing(what: &str, id: u32) -> String {
     format!("a step names {what} {id}, which does not exist")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::steps::Stepper;
+    use super::*;
+    use crate::layout::{Buffers, NodeRecords, PrimitiveOrder};
+    use crate::mock::{Recorded, config, gpu};
+    use crate::replay::ReplayConfig;
+    use crate::schedule::LaneMap;
+    use cachesim::LineSize;
+    use proptest::prelude::*;
+    use tracer::{Accel, NodeFetch};
+
+    const LEAVES: u32 = 64;
+    const LAST_AND_PLACE: u32 = !(0b11 << 25);
+
+    fn program(source: &Recorded, records: NodeRecords, order: PrimitiveOrder) -> Program {
+        let config = ReplayConfig { node_records: records, primitive_order: Some(order), ..config(gpu(&[])) };
+        let line = LineSize::new(64).expect("a power of two");
+        let buffers = Buffers::new(source, &config, 1, line, line).expect("the mock is valid");
+        Program::new(&source.header, buffers, &config).expect("the mock is valid")
+    }
+
+    fn emitted(source: &Recorded, program: &Program, tree_turns: TreeTurns) -> TileStreams {
+        let lane_map = LaneMap::new(&gpu(&[]), source.header.frame, crate::config::Stage::Fragment);
+        let rect = source.header.frame.tile(0);
+        let mut emitter = Emitter::new(tree_turns);
+        let tile = (&source.tiles[0], rect);
+        let tally = Stepper::new()
+            .run(&source.header, &program.wanted(), &lane_map, tile, |warp| {
+                emitter.trace(program, warp, 0, rect)
+            })
+            .expect("the mock is valid");
+        emitter.take(program, &tally, None)
+    }
+
+    /// The words of a warp in the order of its turns, without the marks of where it goes over.
+    fn in_order(streams: &TileStreams, warp: usize) -> Vec<u32> {
+        let (tree, own) = (&streams.tree, &streams.own);
+        let (mut next, mut other) = ((tree, tree.warp(warp)), (own, own.warp(warp)));
+        if next.1.is_empty() || (!other.1.is_empty() && Run::from_word(own.words[other.1.start]).begins()) {
+            std::mem::swap(&mut next, &mut other);
+        }
+        let mut words = Vec::new();
+        while !next.1.is_empty() {
+            let (stream, range) = &mut next;
+            let header = stream.words[range.start];
+            let run = Run::from_word(header);
+            words.push(header & LAST_AND_PLACE);
+            words.extend_from_slice(&stream.words[range.start + 1..][..run.lines()]);
+            range.start += 1 + run.lines();
+            if run.crosses() || range.start >= range.end {
+                std::mem::swap(&mut next, &mut other);
+            }
+        }
+        assert!(other.1.is_empty(), "a stream that nobody reads to its end");
+        words
+    }
+
+    proptest! {
+        #[test]
+        fn two_streams_hold_the_turns_of_one_in_the_same_order(
+            rays in prop::collection::vec(
+                (prop::collection::vec((0..5_usize, 0..LEAVES), 0..30), prop::option::of(0..LEAVES)), 1..100
+            ),
+            records in prop::sample::select(vec![NodeRecords::Packed, NodeRecords::ChildBoxes]),
+            order in prop::sample::select(vec![PrimitiveOrder::Leaf, PrimitiveOrder::Indexed]),
+        ) {
+            let step = |&(op, id): &(usize, u32)| match op {
+                // Left children, and often the root.
+                0 | 1 => (Op::Node, if id % 3 == 0 { 0 } else { 2 * id - 1 }),
+                2 => (Op::Primitive, id),
+                3 => (Op::Push, id % 4),
+                _ => (Op::Pop, id % 4),
+            };
+            let rays: Vec<_> = rays
+                .iter()
+                .map(|(steps, hit)| (steps.iter().map(step).collect(), hit.unwrap_or(tracer::NO_HIT)))
+                .collect();
+            let mut source = Recorded::list(Accel::Bvh, "stack", LEAVES, &rays);
+            source.header.node_fetch = NodeFetch::Pair;
+            source.header.stack_entries = 4;
+            let program = program(&source, records, order);
+            let [joined, apart, elsewhere] = [TreeTurns::Joined, TreeTurns::Apart, TreeTurns::Elsewhere]
+                .map(|tree_turns| emitted(&source, &program, tree_turns));
+            for warp in 0..joined.warps() {
+                prop_assert_eq!(in_order(&apart, warp), in_order(&joined, warp));
+            }
+            prop_assert_eq!(&elsewhere.own.words, &apart.own.words);
+            prop_assert!(elsewhere.tree.warp(0).is_empty());
+        }
+    }
 }

@@ -5,11 +5,13 @@ mod emit;
 mod lockstep;
 mod prefixes;
 mod program;
+mod seam;
 mod steps;
 mod stream;
 
 pub(crate) use distinct::Distinct;
 pub(crate) use emit::Emitter;
 pub(crate) use program::Program;
+pub(crate) use seam::TreeTurns;
 pub(crate) use steps::{Stepper, WarpSteps};
-pub(crate) use stream::{Run, StreamWriter, TileStream, Turn};
+pub(crate) use stream::{Run, StreamWriter, TileStream, TileStreams, Turn};

@@ -18,13 +18,8 @@ pub(super) const INDEX_BYTES: u32 = 4;
 /// What every warp of a frame executes.
 pub(crate) struct Program {
     pub(crate) buffers: Buffers,
-    pub(super) kinds: Vec<RayKind>,
-    pub(crate) warp_width: u32,
-    /// Clocks that the load/store port takes for so many words of 4 bytes: up to 16 bytes for each lane.
-    pub(super) port_cycles: Box<[u32; 4 * 64 + 1]>,
+    pub(super) lanes: Lanes,
     pub(super) nodes: NodeReads,
-    /// Where a traversal keeps a stack in memory.
-    pub(super) stack_entries: u32,
     /// Streams say what each turn costs.
     pub(crate) keeps_turns: bool,
     step_costs: [Cost; Op::ALL.len()],
@@ -37,8 +32,6 @@ pub(crate) struct Program {
     pub(super) output: Cost,
     /// Of a full-screen quad that reads an image.
     pub(crate) present: Cost,
-    /// Primary rays are traced, and hits shaded from their triangles.
-    traces_primary: bool,
     /// Attachments read as textures before shading.
     pub(super) attachments: u32,
     /// The colour goes to an image rather than to tile memory.
@@ -46,6 +39,17 @@ pub(crate) struct Program {
     pub(super) output_bytes: u32,
     pub(super) image_line_shift: u32,
     pub(super) texture_line_shift: u32,
+}
+
+/// Which rays warps trace, and what a load of theirs takes.
+#[derive(PartialEq, Eq)]
+pub(super) struct Lanes {
+    pub(super) kinds: Vec<RayKind>,
+    /// Primary rays are traced, and hits shaded from their triangles.
+    traces_primary: bool,
+    pub(super) warp_width: u32,
+    /// Clocks that the load/store port takes for so many words of 4 bytes: up to 16 bytes for each lane.
+    pub(super) port_cycles: Box<[u32; 4 * 64 + 1]>,
 }
 
 /// How a node step reads its nodes.
@@ -89,20 +93,22 @@ impl Program {
         let writes_image = technique.present.is_some();
         let line_shift = |path: &[usize]| config.gpu.caches[path[0]].line_bytes.ilog2();
         Ok(Self {
-            kinds: header.ray_sets.clone(),
-            warp_width: config.gpu.cores.warp_width,
-            port_cycles: Box::new(std::array::from_fn(|words| {
-                (4 * words as u32).div_ceil(config.gpu.load_store.bytes_per_clock)
-            })),
+            lanes: Lanes {
+                kinds: header.ray_sets.clone(),
+                traces_primary: technique.raster.is_none(),
+                warp_width: config.gpu.cores.warp_width,
+                port_cycles: Box::new(std::array::from_fn(|words| {
+                    (4 * words as u32).div_ceil(config.gpu.load_store.bytes_per_clock)
+                })),
+            },
             nodes: match (header.node_fetch, config.node_records) {
                 (NodeFetch::Single, _) => NodeReads::One,
                 (NodeFetch::Pair, NodeRecords::ChildBoxes) => NodeReads::Parent,
                 (NodeFetch::Pair, _) => NodeReads::Pair,
             },
-            stack_entries: header.stack_entries,
             keeps_turns: config.fidelity == Fidelity::Timed,
             step_costs,
-            record_cost: shared.address.times(buffers.node_reads.loads),
+            record_cost: shared.address.times(buffers.tree.reads.loads),
             trip: shared.trip,
             primary_setup: sum(&[shared.camera_ray, shared.ray_setup, traversal.start]),
             shadow_setup: sum(&[shared.shadow_ray, shared.ray_setup, traversal.start]),
@@ -112,7 +118,6 @@ impl Program {
                 if technique.raster.is_some() { shared.unproject } else { Cost::default() },
             ]),
             present: with_loads(shared.present, 1),
-            traces_primary: technique.raster.is_none(),
             attachments,
             writes_image,
             output_bytes: config.gpu.output.bytes_per_pixel,
@@ -122,13 +127,21 @@ impl Program {
         })
     }
 
+    /// Whether warps of the same shape ask the same of memory here as in `other` where they read nodes and use their stacks, and no
+    /// stream says what a turn costs.
+    pub(crate) fn reads_tree_as(&self, other: &Self) -> bool {
+        let Self { buffers, lanes, nodes, keeps_turns, .. } = self;
+        let alike = *lanes == other.lanes && *nodes == other.nodes && buffers.tree == other.buffers.tree;
+        alike && !keeps_turns && !other.keeps_turns
+    }
+
     /// Which ray sets its warps trace.
     pub(crate) fn wanted(&self) -> Vec<bool> {
-        self.kinds.iter().map(|&kind| self.traces(kind)).collect()
+        self.lanes.kinds.iter().map(|&kind| self.traces(kind)).collect()
     }
 
     pub(super) fn traces(&self, kind: RayKind) -> bool {
-        self.traces_primary || kind != RayKind::Primary
+        self.lanes.traces_primary || kind != RayKind::Primary
     }
 
     /// Node records that a ray's step reads.
@@ -149,13 +162,13 @@ impl Program {
                 let index = if self.buffers.has_index_list() { INDEX_BYTES } else { 0 };
                 bytes(self.buffers.intersection_reads) + index
             }
-            _ => self.records(op, id) * bytes(self.buffers.node_reads),
+            _ => self.records(op, id) * bytes(self.buffers.tree.reads),
         }
     }
 
     /// What the warps of a tile issued, from how often they took each step.
     pub(super) fn issue(&self, tally: &TileTally, issue: &mut [IssueCounters; Pass::COUNT]) {
-        for (set, &kind) in tally.sets.iter().zip(&self.kinds).filter(|&(_, &kind)| self.traces(kind)) {
+        for (set, &kind) in tally.sets.iter().zip(&self.lanes.kinds).filter(|&(_, &kind)| self.traces(kind)) {
             let pass = match kind {
                 RayKind::Primary => Pass::Primary,
                 RayKind::Shadow => Pass::Shadow,
@@ -204,6 +217,13 @@ impl Program {
         issue.pops += of(Op::Pop).1;
     }
 
+    /// Whether a step in the words of a warp loads or stores anything: with the boxes of children in their parent, the root has
+    /// no record to read.
+    #[inline(always)]
+    pub(super) fn takes_turn(&self, step: WarpStep<'_>) -> bool {
+        step.op != Op::Node || self.nodes != NodeReads::Parent || step.lanes > step.root_lanes
+    }
+
     /// What a warp issues for a step that touches memory.
     pub(super) fn step_cost(&self, step: WarpStep<'_>) -> Cost {
         let siblings = u32::from(step.lanes > step.root_lanes);
@@ -224,7 +244,7 @@ impl Program {
             let taken = set.taken[op as usize];
             let touches = match op {
                 Op::Restart => false,
-                Op::Push | Op::Pop => self.stack_entries > 0,
+                Op::Push | Op::Pop => self.buffers.tree.stack_entries > 0,
                 _ => true,
             };
             if touches {
@@ -246,7 +266,7 @@ impl Program {
 
     /// `warps` issued `cost`, for `lanes` of their lanes.
     pub(crate) fn spend(&self, cost: Cost, warps: u64, lanes: u64, issue: &mut IssueCounters) {
-        let width = u64::from(self.warp_width);
+        let width = u64::from(self.lanes.warp_width);
         issue.alu_active += u64::from(cost.alu) * lanes;
         issue.alu_issued += u64::from(cost.alu) * warps * width;
         issue.efu_active += u64::from(cost.efu) * lanes;

@@ -3,6 +3,35 @@
 use crate::counters::{IssueCounters, Pass};
 use crate::layout::BufferKind;
 use std::ops::Range;
+use std::sync::Arc;
+
+/// Which of a warp's streams a turn is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Share {
+    /// Reads nodes or uses a stack: variants of a frame can have this stream in common.
+    Tree,
+    /// All else.
+    Own,
+}
+
+/// All that a tile's warps ask of the caches.
+#[derive(Clone, Debug)]
+pub(crate) struct TileStreams {
+    /// Empty where the turns on the tree are in `own`.
+    pub(crate) tree: Arc<TileStream>,
+    pub(crate) own: Arc<TileStream>,
+}
+
+impl TileStreams {
+    /// With all turns in one stream.
+    pub(crate) fn joined(own: TileStream) -> Self {
+        Self { tree: Arc::default(), own: Arc::new(own) }
+    }
+
+    pub(crate) fn warps(&self) -> usize {
+        self.own.warp_ends.len()
+    }
+}
 
 /// The streams of a tile's warps, and what the warps issued.
 #[derive(Debug, Default)]
@@ -50,6 +79,8 @@ impl Run {
     const PASS_SHIFT: u32 = 20;
     const WRITE: u32 = 1 << 23;
     const LAST: u32 = 1 << 24;
+    const CROSSES: u32 = 1 << 25;
+    const BEGINS: u32 = 1 << 26;
     /// Values of [`Self::key`] are below this.
     pub(crate) const KEYS: usize = 256;
 
@@ -78,6 +109,18 @@ impl Run {
         self.0 & Self::LAST != 0
     }
 
+    /// The last of its turn, and the next turn is in the warp's other stream.
+    #[inline(always)]
+    pub(crate) fn crosses(self) -> bool {
+        self.0 & Self::CROSSES != 0
+    }
+
+    /// The warp begins with it, though there is another stream.
+    #[inline(always)]
+    pub(crate) fn begins(self) -> bool {
+        self.0 & Self::BEGINS != 0
+    }
+
     #[inline(always)]
     pub(crate) fn lines(self) -> usize {
         (self.0 & Self::LINES) as usize
@@ -103,10 +146,10 @@ impl Run {
 }
 
 impl TileStream {
-    /// The words of warp `index`.
+    /// The words of warp `index`; none in an empty stream.
     pub(crate) fn warp(&self, index: usize) -> Range<usize> {
-        let start = if index == 0 { 0 } else { self.warp_ends[index - 1] };
-        start..self.warp_ends[index]
+        let start = if index == 0 { 0 } else { self.warp_ends.get(index - 1).copied().unwrap_or(0) };
+        start..self.warp_ends.get(index).copied().unwrap_or(start)
     }
 
     /// The turns of warp `index`.
@@ -129,12 +172,14 @@ pub(crate) struct StreamWriter {
     last_run: usize,
 }
 
-impl StreamWriter {
-    const RUN_WORDS: usize = 1 + 64;
-
-    pub(crate) fn new() -> Self {
+impl Default for StreamWriter {
+    fn default() -> Self {
         Self { words: vec![0; Self::RUN_WORDS], used: 0, last_run: 0 }
     }
+}
+
+impl StreamWriter {
+    const RUN_WORDS: usize = 1 + 64;
 
     /// Words written since [`Self::take`].
     pub(crate) fn len(&self) -> usize {
@@ -162,6 +207,16 @@ impl StreamWriter {
     #[inline(always)]
     pub(crate) fn end_turn(&mut self) {
         self.words[self.last_run] |= Run::LAST;
+    }
+
+    /// The turn after the latest run is in the warp's other stream.
+    pub(crate) fn cross(&mut self) {
+        self.words[self.last_run] |= Run::CROSSES;
+    }
+
+    /// The warp whose words begin at `start` begins with these.
+    pub(crate) fn begin(&mut self, start: usize) {
+        self.words[start] |= Run::BEGINS;
     }
 
     /// What has been written; the next tile begins.
