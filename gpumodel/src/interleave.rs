@@ -315,7 +315,7 @@ impl Interleaver {
         }
         let before = sampled.then(|| self.caches.misses());
         // Where maps are kept, nothing is pending between turns.
-        let reads_before = self.caches.hierarchy.memory().reads;
+        let reads_before = (self.maps == Maps::Kept).then(|| self.caches.hierarchy.memory().reads);
         let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
         let Slot { words, next, other, number } = slot;
         let last = loop {
@@ -332,9 +332,9 @@ impl Interleaver {
         if let Some(before) = before {
             self.caches.sample(last, before);
         }
-        if self.maps == Maps::Kept {
+        if let Some(before) = reads_before {
             self.caches.flush_pending();
-            let missed = self.caches.hierarchy.memory().reads - reads_before;
+            let missed = self.caches.hierarchy.memory().reads - before;
             self.misses[*number as usize] += missed as u32;
         }
         if slot.is_free() {
