@@ -35,7 +35,7 @@ impl Kernel for Ring {
 
     fn turn(&self, _: u32, turn: u32, out: &mut KernelTurn) -> bool {
         let addresses = vec![u64::from(turn % self.lines) * 64];
-        out.accesses.push(LaneAccess { route: self.route, write: false, bytes: 4, addresses });
+        out.accesses.push(LaneAccess { route: self.route, write: false, bytes: 4, per_lane: 1, addresses });
         turn < self.loads
     }
 }
@@ -163,7 +163,13 @@ impl Kernel for InOrder {
         let row = u64::from((group * self.turns + turn) * self.resident + place);
         let addresses =
             (0..self.width).map(|lane| 16 * (row * u64::from(self.width) + u64::from(lane))).collect();
-        out.accesses.push(LaneAccess { route: Route::Buffer, write: false, bytes: 16, addresses });
+        out.accesses.push(LaneAccess {
+            route: Route::Buffer,
+            write: false,
+            bytes: 16,
+            per_lane: 1,
+            addresses,
+        });
         turn < self.turns
     }
 }
@@ -202,7 +208,8 @@ fn occupancy_steps_where_the_register_formula_says() {
     ] {
         let gpu = gpu(name);
         let latency = gpu.latency_cycles(&gpu.paths.ssbo, 0) / gpu.clock.hz;
-        let access = LaneAccess { route: Route::Buffer, write: false, bytes: 4, addresses: vec![0] };
+        let access =
+            LaneAccess { route: Route::Buffer, write: false, bytes: 4, per_lane: 1, addresses: vec![0] };
         let turn = KernelTurn { accesses: vec![access], ..KernelTurn::default() };
         for &(registers, resident) in steps {
             let warps = 4 * 16 * 12 * gpu.cores.count;
@@ -234,6 +241,7 @@ fn kernels_that_ask_for_what_there_is_not_are_refused() {
             route: Route::Buffer,
             write: false,
             bytes,
+            per_lane: 1,
             addresses: (0..lanes).map(|lane| lane * 16).collect(),
         };
         let turn = KernelTurn { accesses: vec![access], ..KernelTurn::default() };

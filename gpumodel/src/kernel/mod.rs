@@ -18,7 +18,7 @@ pub use run::{KernelResult, run_kernel};
 pub enum Route {
     /// As a storage buffer.
     Buffer,
-    /// As a texture, unfiltered.
+    /// Through the texture unit, which takes one quad of lanes after the other.
     Texture,
 }
 
@@ -43,6 +43,8 @@ pub struct KernelTurn {
     pub efu: u32,
     /// Loads and stores of the warp, in order. The warp waits for all of its loads.
     pub accesses: Vec<LaneAccess>,
+    /// Bytes of tile memory that the warp fills, which go to DRAM past the caches.
+    pub output_bytes: u32,
 }
 
 /// One load or store of a warp.
@@ -54,6 +56,8 @@ pub struct LaneAccess {
     pub write: bool,
     /// Bytes of each lane, at most 16.
     pub bytes: u32,
-    /// Where the bytes of each active lane begin, at a multiple of `bytes`; at most as many as a warp has lanes.
+    /// Addresses of each lane: the texels of a filtered sample, or 1.
+    pub per_lane: u32,
+    /// Where the bytes of each active lane begin, at multiples of `bytes`, lane after lane.
     pub addresses: Vec<u64>,
 }

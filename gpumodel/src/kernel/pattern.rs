@@ -14,6 +14,10 @@ const UNROLLED: u32 = 4;
 const TEXEL_BYTES: u32 = 4;
 /// Edge of a tile of a texture in texels: a page of them, in Morton order, so that 4x4 texels fill a line of 64 bytes.
 const TEXTURE_TILE: u32 = 32;
+/// Texels of a bilinear sample.
+const BILINEAR: u32 = 4;
+/// Texels of a looked-up texture along an edge, per pixel of the screen.
+const LOOKUP_TEXELS: u32 = 2;
 /// Instructions on each side of a branch, and turns of its kernel.
 const SIDE_ALU: u32 = 128;
 
@@ -53,7 +57,8 @@ pub enum Pattern {
         #[serde(default)]
         copies: bool,
     },
-    /// Each lane takes samples of 4 bytes at random places of a texture of `footprint` bytes, `samples` in flight together.
+    /// Each lane takes bilinear samples of a texture of `footprint` bytes, `samples` in flight together: the first at a random place,
+    /// the others at the same distances from it, for all lanes. As `TexCache.as` of azhirnov/as-en.
     RandomSamples {
         /// Bytes of the texture.
         footprint: u64,
@@ -63,14 +68,14 @@ pub enum Pattern {
         #[serde(default)]
         pages: Pages,
     },
-    /// Each pixel of a screen reads one texel of a texture as large as the screen. Every block of `block` x `block` pixels jumps to a
-    /// random place, or, for 0, none does; texels of neighbours are `scale` apart.
+    /// Each pixel of a screen takes one bilinear sample of a texture of twice as many texels along each edge, and writes a colour. Every
+    /// block of `block` x `block` pixels jumps to a random place, or, for 0, none does. As `TexLookup.as` of azhirnov/as-en.
     Lookup {
         /// Edge of a block in pixels, at most 32; 0 for reads in order.
         block: u32,
-        /// Edge of screen and texture in texels.
+        /// Edge of the texture in texels, a multiple of 64.
         edge: u32,
-        /// Texels per pixel.
+        /// By how much coordinates are stretched: neighbours are two texels apart at 1.
         scale: f64,
     },
     /// Two sides of a branch of equal length: all lanes of a warp take the same one, or each lane takes its own.
@@ -140,9 +145,8 @@ impl Pattern {
     pub fn bytes_per_warp(&self, gpu: &Gpu) -> u64 {
         let loads = self.loads_per_warp(gpu);
         match *self {
-            Self::Chase { .. } | Self::RandomSamples { .. } | Self::Lookup { .. } => {
-                loads * u64::from(TEXEL_BYTES)
-            }
+            Self::Chase { .. } => loads * u64::from(TEXEL_BYTES),
+            Self::RandomSamples { .. } | Self::Lookup { .. } => loads * u64::from(BILINEAR * TEXEL_BYTES),
             Self::Stream { element, copies, .. } => loads * u64::from(element) * if copies { 2 } else { 1 },
             Self::Branch { .. } => 0,
         }
@@ -188,33 +192,46 @@ impl Kernel for Probe<'_> {
                     let behind = if write { footprint.next_multiple_of(PAGE_BYTES) } else { 0 };
                     let addresses = (0..self.width).map(|lane| of_lane(lane) % footprint + behind).collect();
                     let route = if write { Route::Buffer } else { route };
-                    out.accesses.push(LaneAccess { route, write, bytes: element, addresses });
+                    out.accesses.push(LaneAccess { route, write, bytes: element, per_lane: 1, addresses });
                 }
                 turn < turns
             }
             Pattern::RandomSamples { footprint, samples, pages } => {
-                let texels = footprint / u64::from(TEXEL_BYTES);
+                let texture = Texture::of(footprint);
                 for sample in 0..samples {
-                    let place = |lane: u32| {
+                    let of_lane = |lane: u32| {
                         let pixel = u64::from(warp) * u64::from(self.width) + u64::from(lane);
-                        let address = below(texels, pixel << 8 | u64::from(sample)) * u64::from(TEXEL_BYTES);
-                        match pages {
-                            Pages::Contiguous => address,
-                            Pages::Scattered => {
-                                scattered(address / PAGE_BYTES) * PAGE_BYTES + address % PAGE_BYTES
-                            }
+                        let jump =
+                            |axis: u64| below(1 << 32, pixel << 1 | axis) as f64 / (1_u64 << 32) as f64;
+                        let [x, y] = SAMPLE_OFFSETS[sample as usize % SAMPLE_OFFSETS.len()];
+                        texture.bilinear(jump(0) + x, jump(1) + y)
+                    };
+                    let place = |address: u64| match pages {
+                        Pages::Contiguous => address,
+                        Pages::Scattered => {
+                            scattered(address / PAGE_BYTES) * PAGE_BYTES + address % PAGE_BYTES
                         }
                     };
-                    let addresses = (0..self.width).map(place).collect();
-                    out.accesses.push(load(Route::Texture, TEXEL_BYTES, addresses));
+                    let addresses = (0..self.width).flat_map(of_lane).map(place).collect();
+                    out.accesses.push(filtered(addresses));
                 }
                 turn == 0
             }
             Pattern::Lookup { block, edge, scale } => {
-                let pixels = (0..self.width).map(|lane| self.pixel(warp, lane, edge));
-                let texel = |(x, y)| looked_up((x, y), block, edge, scale);
-                let addresses = pixels.map(|pixel| texel_address(texel(pixel), edge)).collect();
-                out.accesses.push(load(Route::Texture, TEXEL_BYTES, addresses));
+                let texture = Texture { width: edge, height: edge };
+                let screen = edge / LOOKUP_TEXELS;
+                let of_lane = |lane: u32| {
+                    let (x, y) = self.pixel(warp, lane, screen);
+                    let jump = |axis: u64| {
+                        let number = u64::from(y / block.max(1)) << 32 | u64::from(x / block.max(1));
+                        let jumped = below(1 << 32, number << 1 | axis) as f64 / (1_u64 << 32) as f64;
+                        if block == 0 { 0.0 } else { jumped }
+                    };
+                    let at = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(screen) * scale;
+                    texture.bilinear(at(x) + jump(0), at(y) + jump(1))
+                };
+                out.accesses.push(filtered((0..self.width).flat_map(of_lane).collect()));
+                out.output_bytes = self.width * TEXEL_BYTES;
                 turn == 0
             }
             Pattern::Branch { divergent } => {
@@ -248,27 +265,45 @@ impl Probe<'_> {
     }
 }
 
-/// The texel that a pixel reads.
-fn looked_up((x, y): (u32, u32), block: u32, edge: u32, scale: f64) -> (u32, u32) {
-    let scaled = |at: u32| (f64::from(at) * scale) as u32;
-    let (x, y, jump) = match block {
-        0 => (scaled(x), scaled(y), (0, 0)),
-        block => {
-            let number = u64::from(y / block) << 32 | u64::from(x / block);
-            let place = |axis: u64| below(u64::from(edge), number << 1 | axis) as u32;
-            (scaled(x % block), scaled(y % block), (place(0), place(1)))
-        }
-    };
-    ((x + jump.0) % edge, (y + jump.1) % edge)
+/// Where the samples of a pixel lie from its first, as `TexCache.as` has them.
+const SAMPLE_OFFSETS: [[f64; 2]; 8] =
+    [[0.0, 0.0], [0.1, 0.5], [0.2, 0.6], [0.3, 0.7], [0.4, 0.8], [0.5, 0.9], [0.6, 0.1], [0.7, 0.2]];
+
+/// A texture of 32-bit texels, whose edges are powers of two; it repeats.
+struct Texture {
+    width: u32,
+    height: u32,
 }
 
-/// Texels lie in tiles of one page, within which they lie in Morton order.
-fn texel_address((x, y): (u32, u32), edge: u32) -> u64 {
-    let tile = u64::from(y / TEXTURE_TILE) * u64::from(edge / TEXTURE_TILE) + u64::from(x / TEXTURE_TILE);
-    let within = crate::schedule::z_order(x % TEXTURE_TILE, y % TEXTURE_TILE);
-    (tile * u64::from(TEXTURE_TILE * TEXTURE_TILE) + u64::from(within)) * u64::from(TEXEL_BYTES)
+impl Texture {
+    /// As square as `bytes`, a power of two, allow.
+    fn of(bytes: u64) -> Self {
+        let bits = (bytes / u64::from(TEXEL_BYTES)).max(1).ilog2();
+        Self { width: 1 << bits.div_ceil(2), height: 1 << (bits / 2) }
+    }
+
+    /// Addresses of the four texels around a place in units of the texture.
+    fn bilinear(&self, u: f64, v: f64) -> [u64; BILINEAR as usize] {
+        let first = |at: f64, edge: u32| (at * f64::from(edge) - 0.5).floor() as i64 as u32 & (edge - 1);
+        let (x, y) = (first(u, self.width), first(v, self.height));
+        let (right, below) = ((x + 1) & (self.width - 1), (y + 1) & (self.height - 1));
+        [(x, y), (right, y), (x, below), (right, below)].map(|texel| self.address(texel))
+    }
+
+    /// Texels lie in tiles of one page, within which they lie in Morton order.
+    fn address(&self, (x, y): (u32, u32)) -> u64 {
+        let tiles_across = self.width.div_ceil(TEXTURE_TILE);
+        let tile = u64::from(y / TEXTURE_TILE) * u64::from(tiles_across) + u64::from(x / TEXTURE_TILE);
+        let within = crate::schedule::z_order(x % TEXTURE_TILE, y % TEXTURE_TILE);
+        (tile * u64::from(TEXTURE_TILE * TEXTURE_TILE) + u64::from(within)) * u64::from(TEXEL_BYTES)
+    }
+}
+
+/// Bilinear samples of 32-bit texels.
+fn filtered(addresses: Vec<u64>) -> LaneAccess {
+    LaneAccess { route: Route::Texture, write: false, bytes: TEXEL_BYTES, per_lane: BILINEAR, addresses }
 }
 
 fn load(route: Route, bytes: u32, addresses: Vec<u64>) -> LaneAccess {
-    LaneAccess { route, write: false, bytes, addresses }
+    LaneAccess { route, write: false, bytes, per_lane: 1, addresses }
 }

@@ -16,9 +16,13 @@ use cachesim::Hierarchy;
 
 /// Warps of a stream: enough that pushing them costs nothing, and few enough to stay in memory.
 const STREAM_WARPS: u32 = 64;
-/// What an unfiltered sample delivers at most: a texel of four words, as many bytes as a bilinear sample reads of 32-bit texels.
+/// What a sample reads at most: four texels of 32 bits for a bilinear one, or one of 128 bits.
 const SAMPLE_BYTES: u32 = 16;
 const MOST_LANES: usize = 64;
+/// Texels of a bilinear sample.
+const MOST_PER_LANE: u32 = 4;
+/// Lanes that the texture unit serves together.
+const QUAD: usize = 4;
 
 /// What a kernel cost.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,7 +130,7 @@ impl Route {
 
 impl KernelTurn {
     fn clear(&mut self) {
-        (self.alu, self.efu) = (0, 0);
+        (self.alu, self.efu, self.output_bytes) = (0, 0, 0);
         self.accesses.clear();
     }
 }
@@ -155,15 +159,18 @@ impl<'a> KernelEmitter<'a> {
     fn turn(&mut self, turn: &KernelTurn) -> Result<(), String> {
         let waits = turn.accesses.iter().any(|access| !access.write);
         let pass = turn.accesses.first().map_or(Pass::Primary, |access| access.route.pass());
-        let mut port_cycles = 0;
+        let (mut port_cycles, mut runs) = (0, 0);
         for access in &turn.accesses {
-            port_cycles += self.access(pass, access)?;
+            let (cycles, of_access) = self.access(pass, access)?;
+            port_cycles += cycles;
+            runs += of_access;
         }
         let lanes = u64::from(self.gpu.cores.warp_width);
         let issue = &mut self.stream.issue[pass as usize];
         issue.alu_issued += u64::from(turn.alu) * lanes;
         issue.efu_issued += u64::from(turn.efu) * lanes;
         issue.load_store_cycles += u64::from(port_cycles);
+        issue.output_bytes += u64::from(turn.output_bytes);
         if !turn.accesses.is_empty() {
             self.writer.end_turn();
             issue.turns += 1;
@@ -173,19 +180,25 @@ impl<'a> KernelEmitter<'a> {
             alu: turn.alu,
             efu: turn.efu,
             port_cycles,
-            output_bytes: 0,
-            runs: turn.accesses.len() as u16,
+            output_bytes: turn.output_bytes,
+            runs,
             waits,
         });
         Ok(())
     }
 
-    /// Writes the run of a load or store; returns the cycles that its port or texture unit needs for it.
-    fn access(&mut self, pass: Pass, access: &LaneAccess) -> Result<u32, String> {
-        let LaneAccess { route, write, bytes, ref addresses } = *access;
+    /// Writes the runs of a load or store; returns the cycles that its port or texture unit needs for it, and the number of runs.
+    fn access(&mut self, pass: Pass, access: &LaneAccess) -> Result<(u32, u16), String> {
+        let LaneAccess { route, write, bytes, per_lane, ref addresses } = *access;
         let most = (self.gpu.cores.warp_width as usize).min(MOST_LANES);
-        if addresses.is_empty() || addresses.len() > most {
-            return Err(format!("an access has {} lanes, expected 1 to {most}", addresses.len()));
+        let lanes = addresses.len() / per_lane.max(1) as usize;
+        if lanes == 0 || lanes > most || !addresses.len().is_multiple_of(lanes) {
+            return Err(format!("an access has {lanes} lanes, expected 1 to {most}"));
+        }
+        if route == Route::Buffer && per_lane != 1 || per_lane > MOST_PER_LANE {
+            return Err(format!(
+                "an access has {per_lane} addresses per lane, expected 1, or up to {MOST_PER_LANE} of a texture"
+            ));
         }
         if !(1..=16).contains(&bytes) {
             return Err(format!("an access has {bytes} bytes per lane, expected 1 to 16"));
@@ -194,23 +207,39 @@ impl<'a> KernelEmitter<'a> {
         if let Some(far) = addresses.iter().find(|&&address| address >> shift > u64::from(u32::MAX)) {
             return Err(format!("address {far} is beyond 2^32 lines"));
         }
-        let lines = addresses.iter().map(|&address| (address >> shift) as u32);
-        let found = self.distinct.filter(lines, self.writer.lines());
-        self.writer.push(Run::new(pass, route.kind(), write, found, 1));
-        let lanes = addresses.len() as u32;
-        let cycles = match route {
-            Route::Buffer => (lanes * bytes).div_ceil(self.gpu.load_store.bytes_per_clock),
-            Route::Texture => {
-                let samples = f64::from(lanes * bytes.div_ceil(SAMPLE_BYTES));
-                (samples / self.gpu.texture.samples_per_clock).ceil() as u32
-            }
+        let together = match route {
+            Route::Buffer => addresses.len(),
+            Route::Texture => QUAD * per_lane as usize,
         };
+        let (mut cycles, mut runs, mut all_lines) = (0.0, 0, 0);
+        for group in addresses.chunks(together) {
+            let lines = group.iter().map(|&address| (address >> shift) as u32);
+            let found = self.distinct.filter(lines, self.writer.lines());
+            self.writer.push(Run::new(pass, route.kind(), write, found, 1));
+            cycles += self.cycles(route, group.len() as u32 / per_lane, bytes * per_lane, found as u32);
+            runs += 1;
+            all_lines += found as u64;
+        }
         let issue = &mut self.stream.issue[pass as usize];
         issue.memory_instructions += 1;
-        issue.line_requests += found as u64;
-        issue.line_accesses += found as u64;
-        issue.lane_bytes += u64::from(lanes * bytes);
-        Ok(cycles.max(found as u32))
+        issue.line_requests += all_lines;
+        issue.line_accesses += all_lines;
+        issue.lane_bytes += addresses.len() as u64 * u64::from(bytes);
+        Ok((cycles.ceil() as u32, runs))
+    }
+
+    /// What `lanes` that are served together take, of `bytes` each, which lie in so many lines.
+    fn cycles(&self, route: Route, lanes: u32, bytes: u32, lines: u32) -> f64 {
+        match route {
+            Route::Buffer => {
+                f64::from((lanes * bytes).div_ceil(self.gpu.load_store.bytes_per_clock).max(lines))
+            }
+            Route::Texture => {
+                let samples = f64::from(lanes * bytes.div_ceil(SAMPLE_BYTES));
+                let first = &self.gpu.caches[self.gpu.paths.texture[0]];
+                (samples / self.gpu.texture.samples_per_clock).max(f64::from(lines.div_ceil(first.banks)))
+            }
+        }
     }
 
     fn end_warp(&mut self) {
