@@ -62,6 +62,8 @@ pub struct MemoryRequest {
     pub bytes: u32,
     /// It is written.
     pub write: bool,
+    /// The address of its page has to be walked for first; never without a TLB.
+    pub walks: bool,
 }
 
 /// What one run of accesses caused at one level.

@@ -10,6 +10,7 @@ use crate::isa::Isa;
 use crate::ledger::{Ledger, Trail, memory_traffic};
 use crate::level::{Below, Level, Rescale, WriteRule};
 use crate::out::Out;
+use crate::tlb::Tlb;
 use crate::word::Word;
 
 /// Requests taken through the levels at once.
@@ -24,6 +25,10 @@ pub(crate) struct Engine<W: Word> {
     /// By entry level.
     entries: Vec<Entry>,
     memory: MemoryCounts,
+    /// Behind the last levels, where there is one.
+    tlb: Option<Tlb>,
+    /// Of the latest requests to memory, which have to walk for a page.
+    walks: Vec<bool>,
     front: Vec<W>,
     back: Vec<W>,
     causes: Vec<u32>,
@@ -57,6 +62,8 @@ impl<W: Word> Engine<W> {
             levels,
             entries,
             memory,
+            tlb: None,
+            walks: Vec::new(),
             front: vec![W::EMPTY; BLOCK],
             back: vec![W::EMPTY; 2 * BLOCK],
             causes: vec![0; 2 * BLOCK],
@@ -124,7 +131,12 @@ impl<W: Word> Engine<W> {
             }
             let Some(below) = level.below else {
                 let requests = &self.front[..len];
-                ledger.memory(requests, level.granule_bytes);
+                if let Some(tlb) = &mut self.tlb {
+                    let address = |word: &W| word.id().saturating_mul(level.granule_bytes);
+                    self.walks.clear();
+                    self.walks.extend(requests.iter().map(|word| tlb.translate(address(word))));
+                }
+                ledger.memory(requests, level.granule_bytes, &self.walks);
                 self.memory.add(&memory_traffic(requests, level.granule_bytes));
                 return;
             };
@@ -208,9 +220,21 @@ impl<W: Word> Engine<W> {
         self.memory
     }
 
+    /// Puts a TLB between the last levels and memory.
+    pub(crate) fn set_tlb(&mut self, tlb: Option<Tlb>) {
+        self.tlb = tlb;
+    }
+
+    /// Pages that were walked for.
+    pub(crate) fn page_walks(&self) -> u64 {
+        self.tlb.as_ref().map_or(0, Tlb::walks)
+    }
+
     pub(crate) fn widened(self) -> Engine<u64> {
         let levels = self.levels.into_iter().map(Level::widened).collect();
-        Engine::from_levels(levels, self.memory)
+        let mut engine = Engine::from_levels(levels, self.memory);
+        engine.set_tlb(self.tlb);
+        engine
     }
 }
 

@@ -8,6 +8,7 @@ use crate::error::{Error, Place};
 use crate::isa::Isa;
 use crate::ledger::{ByClass, Follow, Ledger};
 use crate::level::{Below, Rescale, WriteRule};
+use crate::tlb::{Tlb, TlbConfig};
 
 /// One of the paths that a [`Hierarchy`] was built with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -35,6 +36,7 @@ pub struct Hierarchy {
     paths: Vec<Path>,
     below: Vec<Option<Below>>,
     isa: Isa,
+    tlb: Option<TlbConfig>,
     width: Width,
 }
 
@@ -90,7 +92,7 @@ impl Hierarchy {
         let ids = (0..paths.len() as u16).map(PathId).collect();
         let isa = Isa::best();
         let width = Width::Narrow(Engine::new(levels, &below, isa));
-        Ok((Self { levels: levels.clone(), paths, below, isa, width }, ids))
+        Ok((Self { levels: levels.clone(), paths, below, isa, tlb: None, width }, ids))
     }
 
     /// Reads the lines in order, on behalf of one unit. Lines are counted in [`Self::granule`]s of the path;
@@ -214,7 +216,18 @@ impl Hierarchy {
 
     /// Back to empty caches and zero counts.
     pub fn reset(&mut self) {
-        self.width = Width::Narrow(Engine::new(&self.levels, &self.below, self.isa));
+        let mut engine = Engine::new(&self.levels, &self.below, self.isa);
+        engine.set_tlb(self.tlb.map(Tlb::new));
+        self.width = Width::Narrow(engine);
+    }
+
+    /// The same hierarchy, empty, with a TLB between the last level and memory: what reaches memory is translated, but for lines
+    /// that a flush writes back from the last level. It changes no count but [`Self::page_walks`].
+    #[must_use]
+    pub fn with_tlb(mut self, tlb: TlbConfig) -> Self {
+        self.tlb = Some(tlb);
+        self.reset();
+        self
     }
 
     /// The same hierarchy, empty, simulated with the instructions of `isa` instead of [`Isa::best`]: for
@@ -256,6 +269,15 @@ impl Hierarchy {
         match &self.width {
             Width::Narrow(engine) => engine.counts(level),
             Width::Wide(engine) => engine.counts(level),
+        }
+    }
+
+    /// Pages that were walked for since the start or the last reset; 0 without a TLB.
+    #[must_use]
+    pub fn page_walks(&self) -> u64 {
+        match &self.width {
+            Width::Narrow(engine) => engine.page_walks(),
+            Width::Wide(engine) => engine.page_walks(),
         }
     }
 

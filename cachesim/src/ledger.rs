@@ -18,8 +18,8 @@ pub(crate) trait Ledger {
     /// Each request becomes `1 << bits`.
     fn split(&mut self, bits: u32);
 
-    /// The requests reach the memory.
-    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64);
+    /// The requests reach the memory; `walks` says which of them have to walk for a page, and is empty without a TLB.
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64, walks: &[bool]);
 }
 
 /// Positions among the requests that entered a level.
@@ -43,7 +43,7 @@ impl Ledger for Served {
 
     fn split(&mut self, _bits: u32) {}
 
-    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64) {
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64, _walks: &[bool]) {
         self.memory.add(&memory_traffic(requests, granule_bytes));
     }
 }
@@ -93,7 +93,7 @@ impl Ledger for ByClass<'_> {
         std::mem::swap(&mut self.now, &mut self.next);
     }
 
-    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64) {
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64, _walks: &[bool]) {
         for (request, &class) in requests.iter().zip(&self.now) {
             self.served[usize::from(class)].memory.add(&memory_traffic(&[*request], granule_bytes));
         }
@@ -131,14 +131,16 @@ impl Ledger for Follow<'_> {
 
     fn split(&mut self, _bits: u32) {}
 
-    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64) {
-        self.served.memory(requests, granule_bytes);
-        let of = |word: &W| MemoryRequest {
+    fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64, walks: &[bool]) {
+        self.served.memory(requests, granule_bytes, walks);
+        let walks = walks.iter().copied().chain(std::iter::repeat(false));
+        let of = |(word, walks): (&W, bool)| MemoryRequest {
             address: word.id().saturating_mul(granule_bytes),
             bytes: granule_bytes as u32,
             write: word.flagged(),
+            walks,
         };
-        self.requests.extend(requests.iter().map(of));
+        self.requests.extend(requests.iter().zip(walks).map(of));
     }
 }
 

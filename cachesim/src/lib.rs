@@ -53,6 +53,7 @@ mod splitmix;
 mod stack_distance;
 mod store;
 pub mod synthetic;
+mod tlb;
 mod word;
 
 pub use address::{Access, Address, Bytes, LineId, LineSize};
@@ -69,3 +70,4 @@ pub use error::{Error, Place};
 pub use hierarchy::{Hierarchy, PathId};
 pub use isa::Isa;
 pub use stack_distance::StackDistances;
+pub use tlb::TlbConfig;

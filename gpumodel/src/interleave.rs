@@ -405,7 +405,12 @@ impl Caches {
             }
         }
         let memory = self.hierarchy.memory();
-        Seen { levels, memory_bytes: memory.read_bytes + memory.write_bytes, waits: self.waits }
+        Seen {
+            levels,
+            memory_bytes: memory.read_bytes + memory.write_bytes,
+            page_walks: self.hierarchy.page_walks(),
+            waits: self.waits,
+        }
     }
 
     /// Misses of each level, and last of memory, once all that has been gathered is in the caches.
@@ -475,7 +480,7 @@ mod tests {
             runs in prop::collection::vec(prop::collection::btree_set(0_u64..6000, 1..=8), 1..400)
         ) {
             let machine = gpu(&[("value = 131072", "value = 8192")]);
-            let fresh = || Hierarchy::with_paths(machine.levels(), &machine.paths.as_slices()).unwrap();
+            let fresh = || machine.hierarchy().unwrap();
             let ((mut once, paths), (mut twice, _)) = (fresh(), fresh());
             for run in runs {
                 let lines: Vec<LineId> = run.into_iter().map(LineId::new).collect();
@@ -504,7 +509,7 @@ mod tests {
 
     fn interleaver(resident: u32) -> Interleaver {
         let machine = gpu(&[]);
-        let (hierarchy, paths) = Hierarchy::with_paths(machine.levels(), &machine.paths.as_slices()).unwrap();
+        let (hierarchy, paths) = machine.hierarchy().unwrap();
         Interleaver::new(
             &machine,
             hierarchy,

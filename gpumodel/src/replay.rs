@@ -17,7 +17,6 @@ use crate::schedule::{HELPER, LaneMap, resident_warps};
 use crate::timed::TimedFrame;
 use crate::warp::{Emitter, Program, Stepper, TileStreams, TreeTurns};
 use crate::windows::PhaseWindows;
-use cachesim::Hierarchy;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -370,8 +369,7 @@ impl<'a> Variant<'a> {
             problem: error.to_string(),
             remedy: "correct [paths]".to_owned(),
         };
-        let (hierarchy, ids) =
-            Hierarchy::with_paths(gpu.levels(), &gpu.paths.as_slices()).map_err(refused)?;
+        let (hierarchy, ids) = gpu.hierarchy().map_err(refused)?;
         let paths = KindPaths::new(&ids);
         let buffers = Buffers::new(
             source,

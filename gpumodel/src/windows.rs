@@ -16,6 +16,7 @@ const FIRST_TICKS: u64 = 32;
 pub(crate) struct Seen {
     pub(crate) levels: [LevelServed; MAX_LEVELS],
     pub(crate) memory_bytes: u64,
+    pub(crate) page_walks: u64,
     pub(crate) waits: WaitCounters,
 }
 
@@ -32,6 +33,8 @@ pub struct Window {
     pub levels: [LevelServed; MAX_LEVELS],
     /// Bytes read from and written to memory through the caches.
     pub memory_bytes: u64,
+    /// Pages whose addresses were walked for.
+    pub page_walks: u64,
     /// Where turns found their data.
     pub waits: WaitCounters,
 }
@@ -58,7 +61,7 @@ pub(crate) struct WindowLog {
 
 impl Window {
     fn add(&mut self, other: &Self) {
-        let Self { ticks, turns, warp_ticks, levels, memory_bytes, waits } = other;
+        let Self { ticks, turns, warp_ticks, levels, memory_bytes, page_walks, waits } = other;
         self.ticks += ticks;
         self.turns += turns;
         self.warp_ticks += warp_ticks;
@@ -67,6 +70,7 @@ impl Window {
             sum.misses += level.misses;
         }
         self.memory_bytes += memory_bytes;
+        self.page_walks += page_walks;
         self.waits += *waits;
     }
 }
@@ -82,8 +86,9 @@ impl WindowLog {
 
     /// The next window begins; `seen` is up to now.
     pub(crate) fn end_window(&mut self, seen: &Seen) {
-        let Seen { levels, memory_bytes, waits } = &self.before;
+        let Seen { levels, memory_bytes, page_walks, waits } = &self.before;
         self.open.memory_bytes = seen.memory_bytes - memory_bytes;
+        self.open.page_walks = seen.page_walks - page_walks;
         for (level, (now, before)) in self.open.levels.iter_mut().zip(seen.levels.iter().zip(levels)) {
             *level =
                 LevelServed { accesses: now.accesses - before.accesses, misses: now.misses - before.misses };

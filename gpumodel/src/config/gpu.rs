@@ -7,8 +7,9 @@ use super::gpu_checks::{
 use super::gpu_file::GpuFile;
 use super::gpu_presets::BuiltinGpu;
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
+use super::translation::{Translation, translation};
 use crate::error::Error;
-use cachesim::{DramConfig, DramStandard, Hierarchy, Levels};
+use cachesim::{DramConfig, DramStandard, Hierarchy, Levels, PathId};
 use serde::Deserialize;
 
 /// A GPU: every figure checked, none defaulted.
@@ -30,6 +31,8 @@ pub struct Gpu {
     pub caches: Vec<CacheLevel>,
     /// Caches that each kind of buffer goes through.
     pub paths: Paths,
+    /// Translation of addresses, where figures for it are known.
+    pub translation: Option<Translation>,
     /// System memory.
     pub dram: Dram,
     /// Rasterisation in bins.
@@ -321,6 +324,7 @@ impl Gpu {
             texture,
             caches,
             paths,
+            translation: raw.translation.map(|raw| translation(&file, &raw)).transpose()?,
             dram: Dram {
                 standard: dram_standard(&file, &raw.dram.standard)?,
                 channels: file.within("dram.channels", &raw.dram.channels, 1..=cachesim::MAX_CHANNELS)?,
@@ -388,6 +392,19 @@ impl Gpu {
     /// The caches as the cache simulator takes them, in the order of [`Self::caches`].
     pub fn levels(&self) -> &Levels {
         &self.levels
+    }
+
+    /// The caches, empty, with the TLB behind them, and their paths: storage buffers, textures, private memory, vertices.
+    ///
+    /// # Errors
+    /// When the paths contradict each other.
+    pub(crate) fn hierarchy(&self) -> Result<(Hierarchy, Vec<PathId>), cachesim::Error> {
+        let (hierarchy, paths) = Hierarchy::with_paths(&self.levels, &self.paths.as_slices())?;
+        let hierarchy = match self.translation {
+            Some(Translation { tlb, .. }) => hierarchy.with_tlb(tlb),
+            None => hierarchy,
+        };
+        Ok((hierarchy, paths))
     }
 }
 

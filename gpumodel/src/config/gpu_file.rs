@@ -17,6 +17,7 @@ pub(super) struct GpuFile {
     pub(super) texture: TextureFile,
     pub(super) cache: Vec<CacheFile>,
     pub(super) paths: PathsFile,
+    pub(super) translation: Option<TranslationFile>,
     pub(super) dram: DramFile,
     pub(super) tiler: TilerFile,
     pub(super) output: OutputFile,
@@ -134,6 +135,15 @@ pub(super) struct PathsFile {
     pub(super) texture: Sourced<Vec<String>>,
     pub(super) private: Sourced<Vec<String>>,
     pub(super) vertex: Sourced<Vec<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TranslationFile {
+    pub(super) page_bytes: Sourced<u64>,
+    pub(super) entries: Sourced<u32>,
+    pub(super) walk_ns: Sourced<f64>,
+    pub(super) walks: Sourced<u32>,
 }
 
 #[derive(Deserialize)]

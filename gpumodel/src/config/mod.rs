@@ -7,6 +7,7 @@ mod gpu_file;
 mod gpu_presets;
 mod sourced;
 mod technique;
+mod translation;
 
 pub use costs::{Cost, ShaderCosts, SharedCosts, TraversalCosts};
 pub use gpu::{
@@ -17,3 +18,4 @@ pub use gpu_presets::{BuiltinGpu, GPUS};
 pub use sourced::{Provenance, Tag};
 pub(crate) use technique::VECTOR_BYTES;
 pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};
+pub use translation::Translation;

@@ -8,7 +8,7 @@
 
 use super::bounds::Demand;
 use super::time::{PhaseTime, StackPart, add};
-use crate::config::{CacheRole, Gpu};
+use crate::config::{CacheRole, Gpu, Translation};
 use crate::counters::PassCounters;
 use crate::queueing::{Network, NetworkError, Part, Solution, Station, solve};
 use crate::timed::servers;
@@ -21,6 +21,8 @@ const PORT: usize = 2;
 const HOLD_TOLERANCE: f64 = 1e-6;
 /// Time beyond the last cache, and the wait for a place to spend it in.
 const MSHRS: &str = "memory latency";
+/// Time that page walks take.
+pub(super) const TRANSLATION: &str = "address translation";
 /// Time that nothing but the distance causes.
 pub(super) const LATENCY: &str = "latency";
 
@@ -116,6 +118,14 @@ impl InPhase<'_> {
             burst: per_wait(memory_bytes / line),
             ..single("DRAM", (memory_bytes / window_turns + direct) / bandwidth)
         });
+
+        if let Some(Translation { walk_seconds, walks, .. }) = gpu.translation {
+            stations.push(Station {
+                servers: walks,
+                sharers,
+                ..single(TRANSLATION, walk_seconds * window.page_walks as f64 / window_turns)
+            });
+        }
 
         // A line is on its way for the latency of the place that it comes from; a turn waits for the farthest of its lines.
         let Waits { line_cycles, squares, mut turn_cycles, beyond_first, from_memory } =

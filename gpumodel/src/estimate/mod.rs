@@ -288,6 +288,9 @@ fn left_out(config: &ReplayConfig) -> Vec<LeftOut> {
         ("building the tree", "it is taken to be built before the frame"),
         ("instruction cache, command processing, display", "no figures are known for them"),
     ];
+    if config.gpu.translation.is_none() {
+        entries.push(("address translation", "no figures of this GPU's pages and page walks are known"));
+    }
     if config.technique.raster.is_some() {
         entries.push((
             "low-resolution depth of the binning pass",

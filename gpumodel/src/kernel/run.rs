@@ -12,7 +12,6 @@ use crate::replay::{Fidelity, Maps};
 use crate::schedule::warps_that_fit;
 use crate::timed::{TimedFrame, TimedPhase};
 use crate::warp::{Distinct, Run, StreamWriter, TileStream, TileStreams, Turn};
-use cachesim::Hierarchy;
 
 /// Warps of a stream: enough that pushing them costs nothing, and few enough to stay in memory.
 const STREAM_WARPS: u32 = 64;
@@ -56,8 +55,8 @@ pub fn run_kernel(kernel: &dyn Kernel, gpu: &Gpu, fidelity: Fidelity) -> Result<
         );
         return Err(refuse(problem, "use fewer"));
     }
-    let (hierarchy, ids) = Hierarchy::with_paths(gpu.levels(), &gpu.paths.as_slices())
-        .map_err(|error| refuse(error.to_string(), "correct [paths] of the GPU"))?;
+    let (hierarchy, ids) =
+        gpu.hierarchy().map_err(|error| refuse(error.to_string(), "correct [paths] of the GPU"))?;
     let paths = KindPaths::new(&ids);
     let line_shifts =
         [Route::Buffer, Route::Texture].map(|route| hierarchy.granule(paths.of(route.kind(), false)).log2());

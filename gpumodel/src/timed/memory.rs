@@ -5,6 +5,7 @@
 //! of the way to memory, and on the memory controller.
 
 use super::events::{Event, Events, Promises};
+use super::walks::Walks;
 use crate::config::Gpu;
 use crate::error::Error;
 use crate::interleave::KindPaths;
@@ -37,6 +38,7 @@ pub(super) struct Memory {
     levels: Vec<Level>,
     requests: Vec<Request>,
     free_requests: Vec<u32>,
+    translation: Option<Walks>,
     /// The way between the last cache and memory.
     fabric_free: f64,
     fabric_cycles_per_byte: f64,
@@ -126,6 +128,8 @@ struct Request {
     /// Bytes that it reads from memory.
     bytes: u32,
     write: bool,
+    /// It has to walk for the address of its page.
+    walks: bool,
     /// When it would be through the levels that it has passed.
     at: f64,
 }
@@ -182,6 +186,7 @@ impl Memory {
             hierarchy,
             requests: Vec::new(),
             free_requests: Vec::new(),
+            translation: gpu.translation.map(|translation| Walks::new(translation, gpu.clock.hz)),
             fabric_free: 0.0,
             fabric_cycles_per_byte: gpu.clock.hz / bandwidth,
             fabric_latency: (gpu.dram.latency_seconds * gpu.clock.hz - idle).max(0.0),
@@ -242,6 +247,7 @@ impl Memory {
             held: 0,
             bytes: read.map_or(0, |request| request.bytes),
             write: false,
+            walks: read.is_some_and(|request| request.walks),
             at,
         };
         let near_level = self.levels[route.levels[0]].cores_per_copy == 1;
@@ -263,9 +269,9 @@ impl Memory {
         };
         // A store waits for nothing, and neither does a line on its way out.
         for index in 0..self.in_memory.len() {
-            let MemoryRequest { address, bytes, write } = self.in_memory[index];
+            let MemoryRequest { address, bytes, write, walks } = self.in_memory[index];
             if write || request.place == NOBODY {
-                self.ask_memory(Request { place: NOBODY, address, bytes, write, ..request }, events);
+                self.ask_memory(Request { place: NOBODY, address, bytes, write, walks, ..request }, events);
             }
         }
         reply
@@ -327,7 +333,7 @@ impl Memory {
         }
         self.reads_outstanding += 1;
         let slot = keep(&mut self.requests, &mut self.free_requests, request, number);
-        self.send(slot, events);
+        self.translate(slot, events);
         Reply::Later
     }
 
@@ -391,19 +397,41 @@ impl Memory {
 
     fn ask_memory(&mut self, request: Request, events: &mut Events) {
         let slot = keep(&mut self.requests, &mut self.free_requests, request, None);
-        self.send(slot, events);
+        self.translate(slot, events);
     }
 
     /// Bytes that go to memory past the caches.
     pub(super) fn write_past_caches(&mut self, at: f64, address: u64, bytes: u32, events: &mut Events) {
-        let request =
-            Request { place: NOBODY, core: 0, key: 0, address, missed: 0, held: 0, bytes, write: true, at };
+        let request = Request {
+            place: NOBODY,
+            core: 0,
+            key: 0,
+            address,
+            missed: 0,
+            held: 0,
+            bytes,
+            write: true,
+            walks: false,
+            at,
+        };
         self.ask_memory(request, events);
     }
 
-    fn send(&mut self, number: u32, events: &mut Events) {
+    /// Sends a request on as soon as the address of its page is known.
+    fn translate(&mut self, number: u32, events: &mut Events) {
+        let Request { address, walks, at, .. } = self.requests[number as usize];
+        let known = self.translation.as_mut().map_or(at, |translation| translation.known(address, walks, at));
+        if known > at {
+            events.push(known, Event::Translated(number));
+        } else {
+            self.send(at, number, events);
+        }
+    }
+
+    /// A request whose address is known from `at` on goes to memory.
+    pub(super) fn send(&mut self, at: f64, number: u32, events: &mut Events) {
         let request = &self.requests[number as usize];
-        let begins = request.at.max(self.fabric_free);
+        let begins = at.max(self.fabric_free);
         self.fabric_free = begins + f64::from(request.bytes) * self.fabric_cycles_per_byte;
         events.push(begins + self.fabric_latency, Event::Memory(number));
     }
