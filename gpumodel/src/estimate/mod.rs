@@ -206,12 +206,13 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
                                 without interruption; fixed-function units enter by their rates; phases follow each other."
                 .to_owned(),
         },
-        "Operation counts are taken from the formulae of the shader, every step at its full path.".to_owned(),
+        "Operation counts are those of the cost table, every step at its full path; the built-in table counts what a compiler made of the \
+         shaders for the Adreno 540.".to_owned(),
         "A node fetch reads the whole record in 16-byte loads.".to_owned(),
         format!("The traversal loops {loops}."),
         format!("Nodes lie in {} order.", config.node_order.name()),
         format!(
-            "{} warps of {} lanes are resident per core, from an estimated register count.",
+            "{} warps of {} lanes are resident per core, from the register count of the cost table.",
             replayed.resident_warps, gpu.cores.warp_width
         ),
     ];
