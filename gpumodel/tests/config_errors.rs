@@ -92,9 +92,9 @@ fn wrong_figures_are_refused_with_their_key_line_and_range() {
             "cache.uche.latency_cycles",
             "is NaN",
         ),
-        ("bytes_per_clock = { value = 64", "bytes_per_clock = { value = 0", "tp_l1.bytes_per_clock", "is 0"),
+        ("bytes_per_clock = { value = 256", "bytes_per_clock = { value = 0", "tp_l1.bytes_per_clock", "is 0"),
         ("mshrs = { value = 256", "mshrs = { value = 0", "cache.uche.mshrs", "expected 1 to 65536"),
-        ("banks = { value = 1", "banks = { value = 17", "cache.tp_l1.banks", "no more than the 16 lines"),
+        ("banks = { value = 4", "banks = { value = 17", "cache.tp_l1.banks", "no more than the 16 lines"),
         ("size = { value = 131072", "size = { value = 256", "cache.uche", "0.500 sets of 8 ways"),
         (
             "standard = { value = \"lpddr4x\"",
@@ -206,14 +206,15 @@ fn extremes_that_are_legal_are_read() {
     assert_eq!(with(&one_warp).expect("one warp").cores.warp_slots, 1);
     let two_warps = [("warp_slots = { value = 16", "warp_slots = { value = 2")];
     assert_eq!(with(&two_warps).expect("as many as the granularity").cores.warp_slots, 2);
-    let one_line = [("size = { value = 1024", "size = { value = 64")];
+    let one_line =
+        [("size = { value = 1024", "size = { value = 64"), ("banks = { value = 4", "banks = { value = 1")];
     assert_eq!(with(&one_line).expect("one line").levels().as_slice()[0].lines(), 1);
     let one_set = [
         ("ways = { value = 8", "ways = { value = 1024"),
         ("size = { value = 131072", "size = { value = 65536"),
     ];
     assert_eq!(with(&one_set).expect("as many ways as lines").levels().as_slice()[1].sets(), 1);
-    let all_banks = [("banks = { value = 1", "banks = { value = 16")];
+    let all_banks = [("banks = { value = 4", "banks = { value = 16")];
     assert_eq!(with(&all_banks).expect("a bank for every line").caches[0].banks, 16);
     assert_eq!(with(&[("mhz = { value = 710", "mhz = { value = 1e7")]).expect("10 THz").clock.hz, 1e13);
     let slow = with(&[("peak_gbs = { value = 29.8", "peak_gbs = { value = 1e-9")]).expect("1 B/s");
@@ -282,4 +283,35 @@ fn wrong_costs_are_refused() {
     }
     ShaderCosts::parse(&COSTS.replacen("alu = 63", "alu = 65536", 1), "x")
         .expect("the limit itself is allowed");
+}
+
+/// The built-in Adreno 660, which has figures for translation, with one part replaced.
+fn translating(from: &str, to: &str) -> Result<Gpu, gpumodel::Error> {
+    let toml = BuiltinGpu::named("adreno-660").expect("it is built in").toml;
+    assert!(toml.contains(from), "{from}");
+    Gpu::parse(&toml.replace(from, to), "my-gpu.toml")
+}
+
+#[test]
+fn pages_that_cannot_be_are_refused_and_the_smallest_and_largest_are_read() {
+    for (from, to, key, expectation) in [
+        (
+            "page_bytes = { value = 65536",
+            "page_bytes = { value = 65535",
+            "translation.page_bytes",
+            "power of two",
+        ),
+        ("page_bytes = { value = 65536", "page_bytes = { value = 2048", "translation.page_bytes", "4096 to"),
+        ("entries = { value = 64", "entries = { value = 0", "translation.entries", "is 0"),
+        ("walk_ns = { value = 34.5", "walk_ns = { value = nan", "translation.walk_ns", "is NaN"),
+        ("walks = { value = 1,", "walks = { value = 0,", "translation.walks", "is 0"),
+    ] {
+        let message = translating(from, to).expect_err(key).to_string();
+        assert!(message.contains(key) && message.contains(expectation), "{message}");
+    }
+    for bytes in ["4096", "1073741824"] {
+        let to = format!("page_bytes = {{ value = {bytes}");
+        let gpu = translating("page_bytes = { value = 65536", &to).expect("legal");
+        assert_eq!(gpu.translation.expect("it has figures").tlb.page_bytes.to_string(), bytes);
+    }
 }

@@ -123,16 +123,21 @@ fn a_kernel_of_arithmetic_takes_its_operations_by_the_lanes_on_every_gpu() {
 }
 
 #[test]
-fn streaming_through_a_cache_reaches_its_bandwidth() {
-    // Where no figure of the unit or of the level before allows less.
+fn streaming_through_a_cache_reaches_its_bandwidth_or_that_of_the_texture_unit() {
+    // Where no level before allows less.
     for (name, route, footprint, level) in [
         ("adreno-640", Route::Buffer, 65536, "uche"),
         ("adreno-630", Route::Buffer, 65536, "uche"),
         ("adreno-630", Route::Texture, 1024, "tp_l1"),
+        ("mali-g78", Route::Texture, 4096, "tex_l1"),
     ] {
         let gpu = gpu(name);
         let cache = gpu.caches.iter().find(|cache| cache.name == level).unwrap();
-        let expected = cache.bytes_per_clock * f64::from(cache.copies) * gpu.clock.hz;
+        let of_unit = match route {
+            Route::Texture => 16.0 * gpu.texture.samples_per_clock,
+            Route::Buffer => f64::INFINITY,
+        };
+        let expected = cache.bytes_per_clock.min(of_unit) * f64::from(cache.copies) * gpu.clock.hz;
         let stream = Pattern::Stream { route, footprint, element: 16, copies: false };
         for fidelity in Fidelity::ALL {
             let found = stream.observe(&gpu, fidelity).unwrap().bytes_per_second();
@@ -258,4 +263,44 @@ fn kernels_that_ask_for_what_there_is_not_are_refused() {
 
 fn size(gpu: &Gpu, level: usize) -> u64 {
     gpu.levels().as_slice()[level].size.0
+}
+
+/// Each warp reads one word of a page that no other reads.
+struct NewPages {
+    warps: u32,
+    page_bytes: u64,
+}
+
+impl Kernel for NewPages {
+    fn warps(&self) -> u32 {
+        self.warps
+    }
+
+    fn registers(&self) -> u32 {
+        1
+    }
+
+    fn turn(&self, warp: u32, turn: u32, out: &mut KernelTurn) -> bool {
+        let addresses = vec![u64::from(warp) * self.page_bytes];
+        out.accesses.push(LaneAccess {
+            route: Route::Buffer,
+            write: false,
+            bytes: 4,
+            per_lane: 1,
+            addresses,
+        });
+        turn == 0
+    }
+}
+
+#[test]
+fn reads_of_new_pages_take_the_time_of_their_walks_which_take_turns() {
+    let gpu = gpu("adreno-660");
+    let translation = gpu.translation.expect("it has figures");
+    let kernel = NewPages { warps: 20_000, page_bytes: translation.tlb.page_bytes };
+    let expected = f64::from(kernel.warps) * translation.walk_seconds / f64::from(translation.walks);
+    for fidelity in Fidelity::ALL {
+        let found = run_kernel(&kernel, &gpu, fidelity).unwrap().seconds;
+        assert_within(1.0, found, expected, fidelity.name());
+    }
 }

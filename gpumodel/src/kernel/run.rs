@@ -158,12 +158,13 @@ impl<'a> KernelEmitter<'a> {
     fn turn(&mut self, turn: &KernelTurn) -> Result<(), String> {
         let waits = turn.accesses.iter().any(|access| !access.write);
         let pass = turn.accesses.first().map_or(Pass::Primary, |access| access.route.pass());
-        let (mut port_cycles, mut runs) = (0, 0);
+        let (mut port_cycles, mut runs) = (0.0, 0);
         for access in &turn.accesses {
             let (cycles, of_access) = self.access(pass, access)?;
             port_cycles += cycles;
             runs += of_access;
         }
+        let port_cycles = port_cycles.ceil() as u32;
         let lanes = u64::from(self.gpu.cores.warp_width);
         let issue = &mut self.stream.issue[pass as usize];
         issue.alu_issued += u64::from(turn.alu) * lanes;
@@ -187,7 +188,7 @@ impl<'a> KernelEmitter<'a> {
     }
 
     /// Writes the runs of a load or store; returns the cycles that its port or texture unit needs for it, and the number of runs.
-    fn access(&mut self, pass: Pass, access: &LaneAccess) -> Result<(u32, u16), String> {
+    fn access(&mut self, pass: Pass, access: &LaneAccess) -> Result<(f64, u16), String> {
         let LaneAccess { route, write, bytes, per_lane, ref addresses } = *access;
         let most = (self.gpu.cores.warp_width as usize).min(MOST_LANES);
         let lanes = addresses.len() / per_lane.max(1) as usize;
@@ -224,7 +225,7 @@ impl<'a> KernelEmitter<'a> {
         issue.line_requests += all_lines;
         issue.line_accesses += all_lines;
         issue.lane_bytes += addresses.len() as u64 * u64::from(bytes);
-        Ok((cycles.ceil() as u32, runs))
+        Ok((cycles, runs))
     }
 
     /// What `lanes` that are served together take, of `bytes` each, which lie in so many lines.
