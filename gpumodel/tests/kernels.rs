@@ -133,8 +133,10 @@ fn streaming_through_a_cache_reaches_its_bandwidth_or_that_of_the_texture_unit()
     ] {
         let gpu = gpu(name);
         let cache = gpu.caches.iter().find(|cache| cache.name == level).unwrap();
+        // Turns of four loads each, in whole cycles.
+        let samples = f64::from(4 * gpu.cores.warp_width);
         let of_unit = match route {
-            Route::Texture => 16.0 * gpu.texture.samples_per_clock,
+            Route::Texture => 16.0 * samples / (samples / gpu.texture.samples_per_clock).ceil(),
             Route::Buffer => f64::INFINITY,
         };
         let expected = cache.bytes_per_clock.min(of_unit) * f64::from(cache.copies) * gpu.clock.hz;
