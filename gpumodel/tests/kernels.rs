@@ -251,3 +251,40 @@ fn kernels_that_ask_for_what_there_is_not_are_refused() {
 fn size(gpu: &Gpu, level: usize) -> u64 {
     gpu.levels().as_slice()[level].size.0
 }
+
+/// One warp loads a line twice, then another line, and waits for all.
+struct Again;
+
+impl Kernel for Again {
+    fn warps(&self) -> u32 {
+        1
+    }
+
+    fn registers(&self) -> u32 {
+        1
+    }
+
+    fn turn(&self, _: u32, turn: u32, out: &mut KernelTurn) -> bool {
+        for line in [0, 0, 1] {
+            let addresses = vec![line * 64];
+            out.accesses.push(LaneAccess { route: Route::Buffer, write: false, bytes: 4, addresses });
+        }
+        turn < 1
+    }
+}
+
+#[test]
+fn a_load_that_joins_a_line_on_its_way_to_its_core_takes_no_place_in_flight() {
+    let seconds = |places: u32| {
+        let text = GPUS.iter().find(|preset| preset.name == "mali-g78").unwrap().toml;
+        let line = "lines_in_flight = { value = 16";
+        assert!(text.contains(line));
+        let gpu = Gpu::parse(&text.replace(line, &format!("lines_in_flight = {{ value = {places}")), "g78")
+            .unwrap();
+        run_kernel(&Again, &gpu, Fidelity::Timed).unwrap().seconds
+    };
+    let (one, two, three) = (seconds(1), seconds(2), seconds(3));
+    assert_within(1e-9, two, three, "two lines fill two places, whoever waits for them");
+    // Little more than one latency, or two: both lines come from memory, the second from the row that the first opened.
+    assert!(one > 1.5 * two, "one place for two lines: {one:e}, two places: {two:e}");
+}
