@@ -50,6 +50,8 @@ struct Route {
     write: bool,
     /// The path has caches private to a core.
     by_core: bool,
+    /// The first of them is private to a core.
+    own_cache: bool,
     /// Runs of at most this many lines, repeated at once, hit every time after the first and change nothing.
     repeatable_lines: usize,
     /// First line, and lines per resident warp, of a private buffer; 0 for others.
@@ -166,6 +168,7 @@ impl Interleaver {
                 path,
                 write,
                 by_core: levels.iter().any(|&level| gpu.caches[level].copies > 1),
+                own_cache: gpu.caches[levels[0]].copies == gpu.cores.count,
                 repeatable_lines: if repeatable { first.way_count() as usize } else { 0 },
                 private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
             })
@@ -312,16 +315,18 @@ impl Interleaver {
         let reads_before = self.caches.hierarchy.memory().reads;
         let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
         let Slot { words, next, end, number } = slot;
+        let mut lines = 0;
         let last = loop {
             let run = Run::from_word(words[*next]);
             self.caches.access(core as u32, resident, run, &words[*next + 1..]);
+            lines += run.lines();
             *next += 1 + run.lines();
             if run.is_last() || *next >= *end {
                 break run;
             }
         };
         if let Some(before) = before {
-            self.caches.sample(last, before);
+            self.caches.sample(last, lines, before);
         }
         if self.maps == Maps::Kept {
             self.caches.flush_pending();
@@ -339,7 +344,7 @@ impl Caches {
     #[inline(always)]
     fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride) }) =
+        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride), .. }) =
             self.routes[key]
         else {
             return;
@@ -410,12 +415,18 @@ impl Caches {
         misses
     }
 
-    /// Notes from where the farthest line of a turn came, whose last run is `last`; `before` are the misses before it.
-    fn sample(&mut self, last: Run, before: [u64; MAX_LEVELS + 1]) {
+    /// Notes from where the lines of a turn came, whose last run is `last`; `before` are the misses before it.
+    fn sample(&mut self, last: Run, lines: usize, before: [u64; MAX_LEVELS + 1]) {
         let after = self.misses();
-        let Some(route) = self.routes[last.key()].as_ref().filter(|route| !route.write) else {
+        let Some(route) = self.routes[last.key()].as_ref() else { return };
+        let first = self.hierarchy.path(route.path)[0];
+        let lines = if route.own_cache { after[first] - before[first] } else { lines as u64 };
+        self.waits.turns += 1;
+        self.waits.lines += lines;
+        self.waits.squares += lines * lines;
+        if route.write {
             return;
-        };
+        }
         let path = self.hierarchy.path(route.path);
         let missed = |&level: &usize| after[level] > before[level];
         let from = if after[MAX_LEVELS] > before[MAX_LEVELS] {
