@@ -572,4 +572,26 @@ mod tests {
         lazy.drain(Pass::Primary);
         assert_eq!(eager.finish(), lazy.finish());
     }
+
+    #[test]
+    fn turns_that_are_looked_at_tell_how_many_lines_they_have_on_their_way_and_how_unequally() {
+        // By turn, new lines: 1, 2, 3; a turn without any has one that is there already.
+        let turns = [[1, 1, 1], [2, 3, 2], [4, 5, 6], [1, 1, 1]];
+        let mut writer = crate::warp::StreamWriter::new();
+        for lines in turns {
+            for line in lines {
+                writer.lines()[0] = line;
+                writer.push(Run::new(Pass::Primary, BufferKind::Image, false, 1, 1));
+            }
+            writer.end_turn();
+        }
+        let ends = vec![writer.len()];
+        let stream = TileStream { words: writer.take(), warp_ends: ends, ..TileStream::default() };
+        let mut interleaver = interleaver(1);
+        interleaver.push(&Arc::new(stream));
+        interleaver.drain(Pass::Primary);
+        let waits = interleaver.finish().phases[0].windows[0].waits;
+        // The texture L1 belongs to a core, so what it has is not on its way.
+        assert_eq!((waits.turns, waits.lines, waits.squares), (4, 1 + 2 + 3, 1 + 4 + 9));
+    }
 }

@@ -244,3 +244,29 @@ fn add_stack(stack: &mut Vec<StackPart>, seconds: f64, solution: &Solution) {
         add(stack, name, seconds * share.seconds / solution.cycle_time);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::counters::IssueCounters;
+    use crate::mock::gpu;
+
+    #[test]
+    fn a_window_that_has_no_solution_is_an_error_that_names_the_gpu_and_the_figure() {
+        let gpu = gpu(&[]);
+        let issue = IssueCounters { turns: 1, alu_issued: 100, ..IssueCounters::default() };
+        let counters = PassCounters { issue, ..PassCounters::default() };
+        let demand = Demand::of(crate::counters::Pass::Primary, &counters, 1, &gpu);
+        let phase = InPhase { counters: &counters, demand: &demand, path: &gpu.paths.ssbo, gpu: &gpu };
+        let seconds = |warps: u64| {
+            let window = Window { ticks: 1, turns: 1, warp_ticks: warps, ..Window::default() };
+            let largest = demand.bounds()[0];
+            let time = PhaseTime { seconds: 0.0, largest, place: 0, stack: Vec::new(), residual: 0.0 };
+            phase.contended(&[window], time).map(|time| time.seconds).map_err(|error| error.to_string())
+        };
+        let most = Network::MOST_CUSTOMERS as u64;
+        assert!(seconds(most).is_ok_and(|seconds| seconds > 0.0));
+        let refused = seconds(2 * most).unwrap_err();
+        assert!(refused.contains("adreno-540: customers = 2000000000000000"), "{refused}");
+    }
+}
