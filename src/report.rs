@@ -57,8 +57,8 @@ pub(crate) fn answers<S: TileSource>(
     let (replayed, replay_s) =
         timed(|| gpumodel::replay_all(source, &configs, maps, &|done, _| progress.set(done)));
     drop(progress);
-    let of_machine = |(machine, replayed): (&Machine, Replayed)| {
-        let estimate = gpumodel::estimate(&replayed, header, source.topology(), &machine.config);
+    let of_machine = |(machine, replayed): (&Machine, Replayed)| -> anyhow::Result<Answer> {
+        let estimate = gpumodel::estimate(&replayed, header, source.topology(), &machine.config)?;
         let mut scene = facts(header);
         let stalls = replayed.counters.stalls;
         if stalls > 0 {
@@ -83,9 +83,9 @@ pub(crate) fn answers<S: TileSource>(
         let gpu = &machine.config.gpu;
         let profiler = profilers.iter().find(|profiler| profiler.family == gpu.identity.family);
         report.vendor = profiler.map(|profiler| VendorView::new(profiler, &report, gpu));
-        Answer { report, replayed }
+        Ok(Answer { report, replayed })
     };
-    Ok(machines.iter().zip(replayed?).map(of_machine).collect())
+    machines.iter().zip(replayed?).map(of_machine).collect()
 }
 
 /// What the trace says of its scene.

@@ -97,7 +97,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("replay {cpu:.2} CPU s, {:.1} M lane steps per CPU s", total.lane_steps as f64 / cpu / 1e6);
     }
     println!("{total:#?}");
-    let estimate = estimate(&replayed, &recorded.header, &recorded.topology, &config);
+    let estimate = estimate(&replayed, &recorded.header, &recorded.topology, &config)
+        .expect("built-in GPUs have a solution");
     for (counter, value) in estimate.frame.iter() {
         match value {
             Value::Absent { reason } => println!("{:32} absent: {reason}", counter.id),

@@ -19,7 +19,7 @@ fn run(source: &Recorded) -> FrameCounters {
 
 fn estimate_on(source: &Recorded, machine: Gpu) -> Estimate {
     let config = config(machine);
-    estimate(&run_on(source, &config), &source.header, &source.topology, &config)
+    estimate(&run_on(source, &config), &source.header, &source.topology, &config).unwrap()
 }
 
 fn refusal(source: &Recorded) -> String {

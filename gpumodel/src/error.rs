@@ -35,6 +35,16 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
+    /// The time of a frame has no solution.
+    #[error(
+        "time under contention on {gpu}: {problem}; correct the figures of the GPU's description that are far from any hardware's, or use --fidelity timed"
+    )]
+    Network {
+        /// The GPU's name.
+        gpu: String,
+        /// What was found and what was expected.
+        problem: String,
+    },
     /// The trace could not be read or made.
     #[error(transparent)]
     Source(#[from] tracer::Error),

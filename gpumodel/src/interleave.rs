@@ -49,6 +49,8 @@ struct Route {
     write: bool,
     /// The path has caches private to a core.
     by_core: bool,
+    /// The first of them is private to a core.
+    own_cache: bool,
     /// Runs of at most this many lines, repeated at once, hit every time after the first and change nothing.
     repeatable_lines: usize,
     /// First line, and lines per resident warp, of a private buffer; 0 for others.
@@ -172,6 +174,7 @@ impl Interleaver {
                 path,
                 write,
                 by_core: levels.iter().any(|&level| gpu.caches[level].copies > 1),
+                own_cache: gpu.caches[levels[0]].copies == gpu.cores.count,
                 repeatable_lines: if repeatable { first.way_count() as usize } else { 0 },
                 private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
             })
@@ -318,9 +321,11 @@ impl Interleaver {
         let reads_before = (self.maps == Maps::Kept).then(|| self.caches.hierarchy.memory().reads);
         let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
         let Slot { words, next, other, number } = slot;
+        let mut lines = 0;
         let last = loop {
             let run = Run::from_word(words[next.start]);
             self.caches.access(core as u32, resident, run, &words[next.start + 1..]);
+            lines += run.lines();
             next.start += 1 + run.lines();
             if run.is_last() || Range::is_empty(next) {
                 break run;
@@ -330,7 +335,7 @@ impl Interleaver {
             std::mem::swap(next, other);
         }
         if let Some(before) = before {
-            self.caches.sample(last, before);
+            self.caches.sample(last, lines, before);
         }
         if let Some(before) = reads_before {
             self.caches.flush_pending();
@@ -348,7 +353,7 @@ impl Caches {
     #[inline(always)]
     fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride) }) =
+        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride), .. }) =
             self.routes[key]
         else {
             return;
@@ -424,12 +429,18 @@ impl Caches {
         misses
     }
 
-    /// Notes from where the farthest line of a turn came, whose last run is `last`; `before` are the misses before it.
-    fn sample(&mut self, last: Run, before: [u64; MAX_LEVELS + 1]) {
+    /// Notes from where the lines of a turn came, whose last run is `last`; `before` are the misses before it.
+    fn sample(&mut self, last: Run, lines: usize, before: [u64; MAX_LEVELS + 1]) {
         let after = self.misses();
-        let Some(route) = self.routes[last.key()].as_ref().filter(|route| !route.write) else {
+        let Some(route) = self.routes[last.key()].as_ref() else { return };
+        let first = self.hierarchy.path(route.path)[0];
+        let lines = if route.own_cache { after[first] - before[first] } else { lines as u64 };
+        self.waits.turns += 1;
+        self.waits.lines += lines;
+        self.waits.squares += lines * lines;
+        if route.write {
             return;
-        };
+        }
         let path = self.hierarchy.path(route.path);
         let missed = |&level: &usize| after[level] > before[level];
         let from = if after[MAX_LEVELS] > before[MAX_LEVELS] {
@@ -575,5 +586,27 @@ mod tests {
         eager.drain(Pass::Primary);
         lazy.drain(Pass::Primary);
         assert_eq!(eager.finish(), lazy.finish());
+    }
+
+    #[test]
+    fn turns_that_are_looked_at_tell_how_many_lines_they_have_on_their_way_and_how_unequally() {
+        // By turn, new lines: 1, 2, 3; a turn without any has one that is there already.
+        let turns = [[1, 1, 1], [2, 3, 2], [4, 5, 6], [1, 1, 1]];
+        let mut writer = crate::warp::StreamWriter::default();
+        for lines in turns {
+            for line in lines {
+                writer.lines()[0] = line;
+                writer.push(Run::new(Pass::Primary, BufferKind::Image, false, 1, 1));
+            }
+            writer.end_turn();
+        }
+        let ends = vec![writer.len()];
+        let stream = TileStream { words: writer.take(), warp_ends: ends, ..TileStream::default() };
+        let mut interleaver = interleaver(1);
+        interleaver.push(&TileStreams::joined(stream));
+        interleaver.drain(Pass::Primary);
+        let waits = interleaver.finish().phases[0].windows[0].waits;
+        // The texture L1 belongs to a core, so what it has is not on its way.
+        assert_eq!((waits.turns, waits.lines, waits.squares), (4, 1 + 2 + 3, 1 + 4 + 9));
     }
 }

@@ -93,8 +93,7 @@ impl WindowLog {
             *level =
                 LevelServed { accesses: now.accesses - before.accesses, misses: now.misses - before.misses };
         }
-        let from = self.open.waits.from.iter_mut().zip(seen.waits.from.iter().zip(&waits.from));
-        from.for_each(|(from, (now, before))| *from = now - before);
+        self.open.waits = seen.waits - *waits;
         self.before = *seen;
         self.windows.push(std::mem::take(&mut self.open));
         if self.windows.len() == MOST_WINDOWS {

@@ -159,7 +159,7 @@ fn an_estimate_names_its_bound_its_assumptions_and_what_is_left_out() {
     let frame = traced.frame();
     let config = config(PrimitiveLayout::Padded);
     let replayed = replay(&frame, &config, Maps::Kept, &|_, _| {}).expect("valid");
-    let estimate = estimate(&replayed, frame.header(), frame.topology(), &config);
+    let estimate = estimate(&replayed, frame.header(), frame.topology(), &config).unwrap();
     assert!(estimate.bounds.iter().any(|bound| bound.name == estimate.deciding_bound));
     assert!(!estimate.assumptions.is_empty() && !estimate.left_out.is_empty());
     let number = |id: &str| estimate.frame.get(id).and_then(Value::number).expect("a number");

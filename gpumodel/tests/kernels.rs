@@ -283,16 +283,14 @@ impl Kernel for NewPages {
     }
 
     fn turn(&self, warp: u32, turn: u32, out: &mut KernelTurn) -> bool {
-        let addresses = vec![u64::from(warp) * self.page_bytes];
-        out.accesses.push(LaneAccess {
-            route: Route::Buffer,
-            write: false,
-            bytes: 4,
-            per_lane: 1,
-            addresses,
-        });
+        out.accesses.push(word(u64::from(warp) * self.page_bytes));
         turn == 0
     }
+}
+
+/// One lane reads a word.
+fn word(address: u64) -> LaneAccess {
+    LaneAccess { route: Route::Buffer, write: false, bytes: 4, per_lane: 1, addresses: vec![address] }
 }
 
 #[test]
@@ -305,4 +303,38 @@ fn reads_of_new_pages_take_the_time_of_their_walks_which_take_turns() {
         let found = run_kernel(&kernel, &gpu, fidelity).unwrap().seconds;
         assert_within(1.0, found, expected, fidelity.name());
     }
+}
+
+/// One warp loads a line twice, then another line, and waits for all.
+struct Again;
+
+impl Kernel for Again {
+    fn warps(&self) -> u32 {
+        1
+    }
+
+    fn registers(&self) -> u32 {
+        1
+    }
+
+    fn turn(&self, _: u32, turn: u32, out: &mut KernelTurn) -> bool {
+        out.accesses.extend([0, 0, 1].map(|line| word(line * 64)));
+        turn < 1
+    }
+}
+
+#[test]
+fn a_load_that_joins_a_line_on_its_way_to_its_core_takes_no_place_in_flight() {
+    let seconds = |places: u32| {
+        let text = GPUS.iter().find(|preset| preset.name == "mali-g78").unwrap().toml;
+        let line = "lines_in_flight = { value = 16";
+        assert!(text.contains(line));
+        let gpu = Gpu::parse(&text.replace(line, &format!("lines_in_flight = {{ value = {places}")), "g78")
+            .unwrap();
+        run_kernel(&Again, &gpu, Fidelity::Timed).unwrap().seconds
+    };
+    let (one, two, three) = (seconds(1), seconds(2), seconds(3));
+    assert_within(1e-9, two, three, "two lines fill two places, whoever waits for them");
+    // Little more than one latency, or two: both lines come from memory, the second from the row that the first opened.
+    assert!(one > 1.5 * two, "one place for two lines: {one:e}, two places: {two:e}");
 }

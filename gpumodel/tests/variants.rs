@@ -239,7 +239,7 @@ fn phases_add_up_to_the_frame_and_passes_to_their_phase() {
     for technique in TECHNIQUES {
         let (frame, config) = (frame(&traced), config(technique.name));
         let replayed = run(&traced, &config);
-        let estimate = estimate(&replayed, frame.header(), frame.topology(), &config);
+        let estimate = estimate(&replayed, frame.header(), frame.topology(), &config).unwrap();
         let time =
             |set: &gpumodel::CounterSet| set.get("frame_time_ms").and_then(Value::number).expect("a number");
         let sum: f64 = estimate.passes.iter().map(|pass| time(&pass.counters)).sum();

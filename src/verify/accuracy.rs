@@ -104,7 +104,7 @@ fn point(trace: &TraceFile, traversal: &str, gpu: &Rungs) -> anyhow::Result<Poin
 fn replayed(trace: &TraceFile, machine: &Machine) -> anyhow::Result<(Figures, &'static str)> {
     let config = &machine.config;
     let (replayed, run_s) = timed_on_thread(|| gpumodel::replay(trace, config, Maps::Dropped, &|_, _| {}));
-    let estimate = gpumodel::estimate(&replayed?, trace.header(), trace.topology(), config);
+    let estimate = gpumodel::estimate(&replayed?, trace.header(), trace.topology(), config)?;
     let figures = Figures {
         frame_time_ms: number(&estimate, "frame_time_ms")?,
         dram_read_bytes: number(&estimate, "dram_read_bytes")?,

@@ -2,7 +2,7 @@
 
 use crate::layout::BufferKind;
 use cachesim::{LevelServed, MAX_LEVELS};
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Sub};
 
 /// Declares a struct of `u64` counters that add up field by field.
 macro_rules! counters {
@@ -165,16 +165,41 @@ impl TrafficCounters {
     }
 }
 
-/// Where turns that wait for loads found the farthest of their lines. A sample of turns, evenly spread over the frame.
+/// Where turns found their lines. A sample of turns, evenly spread over the frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WaitCounters {
-    /// By index into [`Gpu::caches`](crate::Gpu::caches) of the cache that had it; the last one is memory.
+    /// Turns that wait for loads, by index into [`Gpu::caches`](crate::Gpu::caches) of the cache that had the farthest of their lines;
+    /// the last one is memory.
     pub from: [u64; MAX_LEVELS + 1],
+    /// Turns that were looked at.
+    pub turns: u64,
+    /// Lines that they had on their way to the core: those that no cache of its own had.
+    pub lines: u64,
+    /// Squares of these, turn by turn.
+    pub squares: u64,
 }
 
 impl AddAssign for WaitCounters {
     fn add_assign(&mut self, other: Self) {
-        self.from.iter_mut().zip(other.from).for_each(|(sum, from)| *sum += from);
+        let Self { from, turns, lines, squares } = other;
+        self.from.iter_mut().zip(from).for_each(|(sum, from)| *sum += from);
+        self.turns += turns;
+        self.lines += lines;
+        self.squares += squares;
+    }
+}
+
+impl Sub for WaitCounters {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        let Self { from, turns, lines, squares } = other;
+        Self {
+            from: std::array::from_fn(|level| self.from[level] - from[level]),
+            turns: self.turns - turns,
+            lines: self.lines - lines,
+            squares: self.squares - squares,
+        }
     }
 }
 

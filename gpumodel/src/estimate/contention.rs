@@ -7,9 +7,11 @@
 //! over its windows. So cold caches, cores that run dry and the tail of the last warps are in it.
 
 use super::bounds::Demand;
+use super::in_flight::InFlight;
 use super::time::{PhaseTime, StackPart, add};
 use crate::config::{CacheRole, Gpu, Translation};
-use crate::counters::PassCounters;
+use crate::counters::{PassCounters, WaitCounters};
+use crate::error::Error;
 use crate::queueing::{Network, NetworkError, Part, Solution, Station, solve};
 use crate::timed::servers;
 use crate::windows::Window;
@@ -36,32 +38,41 @@ pub(super) struct InPhase<'a> {
 
 impl InPhase<'_> {
     /// Adds time under contention to the time of the phase.
-    pub(super) fn contended(&self, windows: &[Window], mut time: PhaseTime) -> PhaseTime {
+    ///
+    /// # Errors
+    /// When what a window asks for is beyond what can be computed with.
+    pub(super) fn contended(&self, windows: &[Window], mut time: PhaseTime) -> Result<PhaseTime, Error> {
         for window in windows {
-            let Ok(solution) = self.solve(window) else { continue };
+            let solution = self.solve(window).map_err(|refused| Error::Network {
+                gpu: self.gpu.name().to_owned(),
+                problem: refused.to_string(),
+            })?;
             let cores = window.turns as f64 / window.ticks as f64;
             let seconds = window.turns as f64 / (solution.throughput * cores);
             time.seconds += seconds;
             time.residual = time.residual.max(solution.residual);
             add_stack(&mut time.stack, seconds, &solution);
         }
-        time
+        Ok(time)
     }
 
     /// The network of a window in which the port of a core is held up by lines that wait for a free place in flight.
     ///
-    /// The longer the port is held, the lower the throughput, and the shorter the wait for a place: so there is one time for
-    /// which both agree, between none and the wait at the throughput of a port that is not held up. It is bracketed and halved.
+    /// The longer the port is held, the lower the throughput, and the less it would be held: so there is one time for which
+    /// both agree. It is bracketed and halved.
     fn solve(&self, window: &Window) -> Result<Solution, NetworkError> {
         let (mut network, in_flight) = self.network(window);
         let free = network.stations[PORT].demand;
         let mut solution = solve(&network)?;
-        let (mut low, mut high) = (0.0, in_flight.wait(solution.throughput));
+        if in_flight.hold(solution.throughput, free, 0.0) <= HOLD_TOLERANCE * free {
+            return Ok(solution);
+        }
+        let (mut low, mut high) = (0.0, in_flight.longest_hold());
         while high - low > HOLD_TOLERANCE * (free + low) {
             let held = low.midpoint(high);
             network.stations[PORT].demand = free + held;
             solution = solve(&network)?;
-            if in_flight.wait(solution.throughput) > held {
+            if in_flight.hold(solution.throughput, free, held) > held {
                 low = held;
             } else {
                 high = held;
@@ -128,8 +139,7 @@ impl InPhase<'_> {
         }
 
         // A line is on its way for the latency of the place that it comes from; a turn waits for the farthest of its lines.
-        let Waits { line_cycles, squares, mut turn_cycles, beyond_first, from_memory } =
-            self.waits(window, lines);
+        let Waits { line_cycles, mut turn_cycles, from_memory } = self.waits(window, lines);
         // The part of it beyond the last cache is spent in an MSHR of that cache.
         if let Some(&last) = path.last() {
             let cache = &gpu.caches[last];
@@ -151,32 +161,47 @@ impl InPhase<'_> {
             think_time: latency * waits / window_turns,
             stations,
         };
-        // Lines that a core's own cache has are not on their way to it.
-        let (mut share, mut mean, mut mean_square) = (1.0, line_cycles, squares);
-        let (mut own_mshrs, mut far) = (f64::INFINITY, 1.0);
-        if path.first().is_some_and(|&first| gpu.caches[first].copies == gpu.cores.count) {
-            own_mshrs = f64::from(gpu.caches[path[0]].mshrs);
-            far = beyond_first;
+        (network, self.in_flight(window, lines, line_cycles))
+    }
+
+    /// Lines that a core's own cache has are not on their way to it.
+    fn in_flight(&self, window: &Window, lines: f64, line_cycles: f64) -> InFlight {
+        let Self { path, gpu, .. } = self;
+        let mut places = f64::from(gpu.lines_in_flight(path));
+        let (mut on_way, mut latency) = (lines, line_cycles);
+        let own = path.first().filter(|&&first| gpu.caches[first].copies == gpu.cores.count);
+        if let Some(&first) = own {
+            places = places.min(f64::from(gpu.caches[first].mshrs));
+            on_way = (window.levels[first].misses as f64).min(lines);
             let near = gpu.latency_cycles(path, 0);
-            share = (window.levels[path[0]].misses as f64 / lines.max(1.0)).clamp(0.0, 1.0);
-            mean = if share > 0.0 { near + (line_cycles - near) / share } else { 0.0 };
-            let beyond = (squares - near * near) / share;
-            mean_square = if share > 0.0 { near * near + beyond } else { 0.0 };
+            latency = near + (line_cycles - near) * lines / on_way.max(1.0);
         }
-        let in_flight = InFlight {
-            places: f64::from(gpu.lines_in_flight(path)).min(own_mshrs),
-            lines: share * lines / window_turns,
-            latency: mean / gpu.clock.hz,
-            variability: if mean > 0.0 { (mean_square / (mean * mean) - 1.0).max(0.0) } else { 0.0 },
-            batch: (share * lines / (waits * far).max(1.0)).max(1.0),
-        };
-        (network, in_flight)
+        // The part of the lines that is on its way for longer than each latency.
+        let (mut longer, mut squares, mut since) = (1.0, 0.0, 0.0);
+        for place in usize::from(own.is_some())..=path.len() {
+            let cycles = gpu.latency_cycles(path, place);
+            squares += longer * longer * (cycles - since);
+            since = cycles;
+            let misses = path.get(place).map_or(0.0, |&level| window.levels[level].misses as f64);
+            longer = (misses / on_way.max(1.0)).min(longer);
+        }
+        let WaitCounters { turns, lines: sampled, squares: sampled_squares, .. } = window.waits;
+        let scattered = sampled_squares as f64 * turns as f64 / (sampled as f64 * sampled as f64) - 1.0;
+        let lines = on_way / window.turns as f64;
+        InFlight {
+            places,
+            lines,
+            // Of single lines, where none was seen.
+            variability: if sampled > 0 { scattered } else { 1.0 / lines.max(1.0) },
+            latency: latency / gpu.clock.hz,
+            evenness: if latency > 0.0 { squares / latency } else { 1.0 },
+        }
     }
 
     /// With nothing else on the way.
     fn waits(&self, window: &Window, lines: f64) -> Waits {
         let Self { path, gpu, .. } = self;
-        let (mut line_cycles, mut squares) = (0.0, 0.0);
+        let mut line_cycles = 0.0;
         let mut arriving = 1.0;
         for place in 0..=path.len() {
             let cycles = gpu.latency_cycles(path, place);
@@ -184,18 +209,11 @@ impl InPhase<'_> {
                 path.get(place).map_or(0.0, |&level| window.levels[level].misses as f64 / lines.max(1.0));
             let passing = passing.min(arriving);
             line_cycles += (arriving - passing) * cycles;
-            squares += (arriving - passing) * cycles * cycles;
             arriving = passing;
         }
         let sampled: u64 = window.waits.from.iter().sum();
         if sampled == 0 {
-            return Waits {
-                line_cycles,
-                squares,
-                turn_cycles: line_cycles,
-                beyond_first: 1.0,
-                from_memory: 0.0,
-            };
+            return Waits { line_cycles, turn_cycles: line_cycles, from_memory: 0.0 };
         }
         let of = |(level, &turns): (usize, &u64)| {
             let on_path = path.iter().position(|&on_path| on_path == level);
@@ -204,55 +222,18 @@ impl InPhase<'_> {
         };
         let turn_cycles = window.waits.from.iter().enumerate().map(of).sum::<f64>() / sampled as f64;
         let from_memory = window.waits.from[MAX_LEVELS] as f64 / sampled as f64;
-        let here = path.first().map_or(0, |&first| window.waits.from[first]);
-        let beyond_first = 1.0 - here as f64 / sampled as f64;
-        Waits { line_cycles, squares, turn_cycles, beyond_first, from_memory }
+        Waits { line_cycles, turn_cycles, from_memory }
     }
 }
 
 /// How far away the data of a window are.
 struct Waits {
-    /// Cycles that a line is on its way: mean, and mean square.
+    /// Mean cycles that a line is on its way.
     line_cycles: f64,
-    squares: f64,
     /// Cycles that a turn waits.
     turn_cycles: f64,
-    /// Share of turns that wait for anything beyond the first cache.
-    beyond_first: f64,
     /// Share of turns that wait for memory.
     from_memory: f64,
-}
-
-/// Lines of a core on their way, of which there are so many at most.
-struct InFlight {
-    places: f64,
-    /// Lines of a turn.
-    lines: f64,
-    /// Mean seconds that a line is on its way.
-    latency: f64,
-    /// Squared coefficient of variation of these.
-    variability: f64,
-    /// Lines of a turn that has any on their way: they ask for their places together.
-    batch: f64,
-}
-
-impl InFlight {
-    /// If the port is held up for as long, turns are so few that their lines wait less.
-    fn longest_wait(&self) -> f64 {
-        self.lines * self.latency * (4.0 + self.batch + self.variability)
-    }
-
-    /// Seconds that the lines of a turn wait for a free place, at so many turns per second: the formula of Allen and Cunneen for
-    /// arrivals in batches, with the approximation of Sakasegawa 1977 for many servers.
-    fn wait(&self, turns_per_second: f64) -> f64 {
-        let Self { places, lines, latency, variability, batch } = *self;
-        let load = turns_per_second * lines * latency / places;
-        if load >= 1.0 {
-            return self.longest_wait();
-        }
-        let waiting = load.powf((2.0 * (places + 1.0)).sqrt() - 1.0) / (places * (1.0 - load));
-        (lines * latency * 0.5 * (batch + variability) * waiting).min(self.longest_wait())
-    }
 }
 
 fn cache_name(role: CacheRole) -> &'static str {
@@ -271,5 +252,31 @@ fn add_stack(stack: &mut Vec<StackPart>, seconds: f64, solution: &Solution) {
             Part::Service(place) | Part::Queueing(place) => solution.stations[place].name,
         };
         add(stack, name, seconds * share.seconds / solution.cycle_time);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::counters::IssueCounters;
+    use crate::mock::gpu;
+
+    #[test]
+    fn a_window_that_has_no_solution_is_an_error_that_names_the_gpu_and_the_figure() {
+        let gpu = gpu(&[]);
+        let issue = IssueCounters { turns: 1, alu_issued: 100, ..IssueCounters::default() };
+        let counters = PassCounters { issue, ..PassCounters::default() };
+        let demand = Demand::of(crate::counters::Pass::Primary, &counters, 1, &gpu);
+        let phase = InPhase { counters: &counters, demand: &demand, path: &gpu.paths.ssbo, gpu: &gpu };
+        let seconds = |warps: u64| {
+            let window = Window { ticks: 1, turns: 1, warp_ticks: warps, ..Window::default() };
+            let largest = demand.bounds()[0];
+            let time = PhaseTime { seconds: 0.0, largest, place: 0, stack: Vec::new(), residual: 0.0 };
+            phase.contended(&[window], time).map(|time| time.seconds).map_err(|error| error.to_string())
+        };
+        let most = Network::MOST_CUSTOMERS as u64;
+        assert!(seconds(most).is_ok_and(|seconds| seconds > 0.0));
+        let refused = seconds(2 * most).unwrap_err();
+        assert!(refused.contains("adreno-540: customers = 2000000000000000"), "{refused}");
     }
 }

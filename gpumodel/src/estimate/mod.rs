@@ -2,6 +2,7 @@
 
 mod bounds;
 mod contention;
+mod in_flight;
 mod time;
 mod values;
 
@@ -10,6 +11,7 @@ pub use time::StackPart;
 
 use crate::config::{Attachments, Gpu, Stage};
 use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
+use crate::error::Error;
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;
@@ -84,12 +86,15 @@ pub struct LeftOut {
 /// [`Fidelity::Timed`], else that of closed queueing networks, see [`crate::queueing`]; it is never below the largest of its bounds,
 /// each of which is a lower bound on its own. All bounds are sums over passes, and a pass's time is its share of the resource
 /// whose bound is the largest of its phase.
+///
+/// # Errors
+/// When figures of the GPU are so far apart that its queues cannot be solved.
 pub fn estimate(
     replayed: &Replayed,
     header: &TraceHeader,
     topology: &Topology,
     config: &ReplayConfig,
-) -> Estimate {
+) -> Result<Estimate, Error> {
     let counters = &replayed.counters;
     let in_use = config.technique.passes();
     let mut demands =
@@ -104,7 +109,7 @@ pub fn estimate(
         let mut together = PassCounters::default();
         phase.iter().for_each(|&pass| together += *counters.pass(pass));
         let record = Record::of(replayed, phase);
-        let time = PhaseTime::of((phase[0], &together), &Demand::sum(&of_phase), record, &config.gpu);
+        let time = PhaseTime::of((phase[0], &together), &Demand::sum(&of_phase), record, &config.gpu)?;
         let Some(time) = time else { continue };
         let PhaseTime { largest, place, .. } = time;
         for (&pass, demand) in phase.iter().zip(&of_phase) {
@@ -127,7 +132,7 @@ pub fn estimate(
         let values = PassValues { frame: &frame, pass: counters.pass(pass), seconds, whole: false };
         PassEstimate { pass, deciding_bound: deciding[pass as usize], counters: values.set() }
     };
-    Estimate {
+    Ok(Estimate {
         frame: total.set(),
         passes: in_use.into_iter().map(of_pass).collect(),
         deciding_bound: longest.1,
@@ -138,20 +143,24 @@ pub fn estimate(
         stack,
         residual,
         bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
-    }
+    })
 }
 
 /// Seconds under contention of a phase that is one pass; where it touches no memory, its longest bound.
+///
+/// # Errors
+/// As [`estimate`].
 pub(crate) fn phase_seconds(
     pass: Pass,
     counters: &PassCounters,
     phases: &[PhaseWindows],
     resident_warps: u32,
     gpu: &Gpu,
-) -> f64 {
+) -> Result<f64, Error> {
     let demand = Demand::of(pass, counters, resident_warps, gpu);
     let windows = phases.first().map(|of| of.windows.as_slice());
-    PhaseTime::of((pass, counters), &demand, Record::Windows(windows), gpu).map_or(0.0, |time| time.seconds)
+    let time = PhaseTime::of((pass, counters), &demand, Record::Windows(windows), gpu)?;
+    Ok(time.map_or(0.0, |time| time.seconds))
 }
 
 fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {

@@ -4,6 +4,7 @@ use super::bounds::{Bound, Demand, path};
 use super::contention::{InPhase, LATENCY};
 use crate::config::Gpu;
 use crate::counters::{Pass, PassCounters};
+use crate::error::Error;
 use crate::replay::Replayed;
 use crate::timed::{TimedPhase, WarpCycles};
 use crate::windows::Window;
@@ -63,18 +64,20 @@ impl PhaseTime {
     ///
     /// Simulated time where there is one, else time under contention; and never less than a bound, as those of fixed-function
     /// units are not simulated.
+    ///
+    /// # Errors
+    /// See [`InPhase::contended`].
     pub(super) fn of(
         (first, counters): (Pass, &PassCounters),
         demand: &Demand,
         record: Record<'_>,
         gpu: &Gpu,
-    ) -> Option<Self> {
-        let bounds = demand.bounds();
-        let (place, largest) =
-            bounds.into_iter().enumerate().max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))?;
-        if largest.seconds <= 0.0 {
-            return None;
-        }
+    ) -> Result<Option<Self>, Error> {
+        let bounds = demand.bounds().into_iter().enumerate();
+        let largest = bounds.max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
+        let Some((place, largest)) = largest.filter(|(_, bound)| bound.seconds > 0.0) else {
+            return Ok(None);
+        };
         let mut time = Self { seconds: 0.0, largest, place, stack: Vec::new(), residual: 0.0 };
         match record {
             Record::Simulated(Some(phase)) => {
@@ -83,7 +86,7 @@ impl PhaseTime {
             }
             Record::Windows(Some(windows)) => {
                 let in_phase = InPhase { counters, demand, path: path(first, gpu), gpu };
-                time = in_phase.contended(windows, time);
+                time = in_phase.contended(windows, time)?;
             }
             Record::Simulated(None) | Record::Windows(None) => {}
         }
@@ -92,7 +95,7 @@ impl PhaseTime {
             time.seconds = largest.seconds;
             add(&mut time.stack, largest.name, missing);
         }
-        Some(time)
+        Ok(Some(time))
     }
 }
 

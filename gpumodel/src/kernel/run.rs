@@ -42,7 +42,7 @@ pub struct KernelResult {
 ///
 /// # Errors
 /// When a lane needs more registers than there are, an access has more lanes than a warp or no bytes, or the kernel takes more
-/// memory than 2^32 lines.
+/// memory than 2^32 lines. As [`estimate`](crate::estimate).
 pub fn run_kernel(kernel: &dyn Kernel, gpu: &Gpu, fidelity: Fidelity) -> Result<KernelResult, Error> {
     let refuse = |problem: String, remedy: &str| Error::Kernel { problem, remedy: remedy.to_owned() };
     let resident_warps = warps_that_fit(gpu, kernel.registers());
@@ -98,7 +98,7 @@ pub fn run_kernel(kernel: &dyn Kernel, gpu: &Gpu, fidelity: Fidelity) -> Result<
     let timed = timed.map(|&(_, phase)| phase);
     let seconds = match timed {
         Some(phase) => phase.cycles / gpu.clock.hz,
-        None => phase_seconds(pass, &counters, &finished.phases, resident_warps, gpu),
+        None => phase_seconds(pass, &counters, &finished.phases, resident_warps, gpu)?,
     };
     Ok(KernelResult {
         seconds,

@@ -27,8 +27,19 @@ pub(super) enum Reply {
     Near(f64),
     /// The data arrive then.
     At(f64),
-    /// That is not known yet; [`Memory::arrivals`] will tell.
-    Later,
+    /// That is not known yet; [`Memory::arrivals`] will tell. `near` where the core's own cache has the line or waits for it.
+    Later { near: bool },
+}
+
+/// Data of a load whose arrival has become known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    /// The warp that waits for them.
+    pub(super) place: u32,
+    /// When they arrive.
+    pub(super) at: f64,
+    /// The core's own cache had the line, or waited for it already.
+    pub(super) near: bool,
 }
 
 /// Requests to the caches and to memory.
@@ -51,8 +62,8 @@ pub(super) struct Memory {
     pub(super) log: Option<Vec<MissRequest>>,
     /// What the latest access asks of memory.
     in_memory: Vec<MemoryRequest>,
-    /// Warps whose data arrive, and when; to be emptied after every call.
-    pub(super) arrivals: Vec<(u32, f64)>,
+    /// Loads whose end has become known; to be emptied after every call.
+    pub(super) arrivals: Vec<Arrival>,
     /// Reads on their way to or from memory.
     pub(super) reads_outstanding: u32,
     /// Lines read from memory since this was last taken.
@@ -125,6 +136,8 @@ struct Request {
     missed: usize,
     /// Levels of its path whose MSHR it has.
     held: usize,
+    /// The core's own cache has the line, or waits for it already.
+    near: bool,
     /// Bytes that it reads from memory.
     bytes: u32,
     write: bool,
@@ -238,6 +251,7 @@ impl Memory {
 
         let address = line << route.line_shift;
         let read = self.in_memory.first().filter(|request| !request.write);
+        let near = missed == 0 && self.levels[route.levels[0]].cores_per_copy == 1;
         let request = Request {
             place: if route.write { NOBODY } else { place },
             core,
@@ -245,12 +259,12 @@ impl Memory {
             address,
             missed,
             held: 0,
+            near,
             bytes: read.map_or(0, |request| request.bytes),
             write: false,
             walks: read.is_some_and(|request| request.walks),
             at,
         };
-        let near_level = self.levels[route.levels[0]].cores_per_copy == 1;
         let reply = if route.write {
             for (&level, served) in route.levels.iter().zip(&served.levels) {
                 if served.accesses > 0 {
@@ -262,7 +276,6 @@ impl Memory {
         } else {
             self.descend(request, None, 0, (now, at), run.repeats(), events)
         };
-        let near = missed == 0 && near_level;
         let reply = match reply {
             Reply::At(arrival) if near => Reply::Near(arrival),
             reply => reply,
@@ -313,7 +326,7 @@ impl Memory {
                 Some(Fill::Pending(waiters)) => {
                     let slot = keep(&mut self.requests, &mut self.free_requests, request, number);
                     waiters.push(slot);
-                    return Reply::Later;
+                    return Reply::Later { near: request.near };
                 }
                 None => {}
             }
@@ -326,7 +339,7 @@ impl Memory {
                 if let Some(at) = copy.known.next_at() {
                     events.push(at.max(now), Event::Unblock(index as u32, copy_index));
                 }
-                return Reply::Later;
+                return Reply::Later { near: request.near };
             }
             copy.fills.insert(line, Fill::Pending(Vec::new()));
             request.held = position + 1;
@@ -334,7 +347,7 @@ impl Memory {
         self.reads_outstanding += 1;
         let slot = keep(&mut self.requests, &mut self.free_requests, request, number);
         self.translate(slot, events);
-        Reply::Later
+        Reply::Later { near: false }
     }
 
     /// The end of a request is known: so is that of all that wait for the same lines.
@@ -349,10 +362,10 @@ impl Memory {
             self.free_requests.push(number);
             let arrival = arrival.max(request.at);
             self.release(&request, arrival, &mut waiting, events);
-            self.arrivals.push((request.place, arrival));
+            self.arrivals.push(Arrival { place: request.place, at: arrival, near: request.near });
         }
         if number.is_some() && request.place != NOBODY {
-            self.arrivals.push((request.place, arrival));
+            self.arrivals.push(Arrival { place: request.place, at: arrival, near: request.near });
         }
         Reply::At(arrival)
     }
@@ -409,6 +422,7 @@ impl Memory {
             address,
             missed: 0,
             held: 0,
+            near: false,
             bytes,
             write: true,
             walks: false,

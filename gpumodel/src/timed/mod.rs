@@ -18,7 +18,7 @@ pub(crate) use self::core::servers;
 use self::core::{Core, Issue, Rates, Warp};
 use self::events::{Event, Events};
 pub use self::memory::MissRequest;
-use self::memory::{Memory, Reply};
+use self::memory::{Arrival, Memory, Reply};
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
@@ -451,8 +451,8 @@ impl Machine {
                     }
                     warp.data_at = warp.data_at.max(arrival);
                 }
-                Reply::Later => {
-                    state.lines_pending += 1;
+                Reply::Later { near } => {
+                    state.lines_pending += usize::from(!near);
                     warp.pending += 1;
                 }
             }
@@ -465,14 +465,16 @@ impl Machine {
     /// Data whose arrival has become known.
     fn take_arrivals(&mut self) {
         let mut arrivals = std::mem::take(&mut self.memory.arrivals);
-        for (place, at) in arrivals.drain(..) {
+        for Arrival { place, at, near } in arrivals.drain(..) {
             let core = place / self.slots;
             let state = &mut self.cores[core as usize];
-            state.lines_pending -= 1;
-            state.arriving.push(at, ());
-            if state.stalled {
-                // It may be waiting for this line and none before it.
-                self.events.push(at.max(self.now), Event::LoadStore(core));
+            if !near {
+                state.lines_pending -= 1;
+                state.arriving.push(at, ());
+                if state.stalled {
+                    // It may be waiting for this line and none before it.
+                    self.events.push(at.max(self.now), Event::LoadStore(core));
+                }
             }
             if let Some(warp) = &mut self.resident[place as usize] {
                 warp.data_at = warp.data_at.max(at);
