@@ -46,3 +46,36 @@ impl Walks {
         self.known.get(&page).copied().unwrap_or(at)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cachesim::TlbConfig;
+
+    const PAGE: u64 = 4096;
+
+    fn walks(at_once: u32) -> Walks {
+        let tlb = TlbConfig { page_bytes: PAGE, entries: 8 };
+        Walks::new(Translation { tlb, walk_seconds: 1e-7, walks: at_once }, 1e9)
+    }
+
+    #[test]
+    fn walks_take_turns_as_far_as_there_are_not_more_at_once() {
+        let ends = |at_once| {
+            let mut walks = walks(at_once);
+            [0, 1, 2].map(|page| walks.known(page * PAGE, true, 10.0))
+        };
+        assert_eq!(ends(1), [110.0, 210.0, 310.0]);
+        assert_eq!(ends(2), [110.0, 110.0, 210.0]);
+        assert_eq!(ends(3), [110.0; 3]);
+    }
+
+    #[test]
+    fn a_page_that_is_on_its_way_is_awaited_and_one_that_is_known_is_not() {
+        let mut walks = walks(1);
+        assert_eq!(walks.known(7, true, 0.0), 100.0);
+        assert_eq!(walks.known(PAGE - 1, false, 40.0), 100.0);
+        assert_eq!(walks.known(PAGE - 1, false, 100.0), 100.0);
+        assert_eq!(walks.known(0, false, 250.0), 250.0);
+    }
+}
