@@ -294,11 +294,12 @@ fn word(address: u64) -> LaneAccess {
 }
 
 #[test]
-fn reads_of_new_pages_take_the_time_of_their_walks_which_take_turns() {
+fn reads_of_new_pages_take_the_time_of_their_walks_and_lines_one_after_the_other() {
     let gpu = gpu("adreno-660");
     let translation = gpu.translation.expect("it has figures");
     let kernel = NewPages { warps: 20_000, page_bytes: translation.tlb.page_bytes };
-    let expected = f64::from(kernel.warps) * translation.walk_seconds / f64::from(translation.walks);
+    let line = 64.0 / (gpu.dram.peak_bytes_per_second * gpu.dram.efficiency);
+    let expected = f64::from(kernel.warps) * (translation.walk_seconds + line);
     for fidelity in Fidelity::ALL {
         let found = run_kernel(&kernel, &gpu, fidelity).unwrap().seconds;
         assert_within(1.0, found, expected, fidelity.name());

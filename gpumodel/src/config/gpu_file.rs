@@ -143,7 +143,6 @@ pub(super) struct TranslationFile {
     pub(super) page_bytes: Sourced<u64>,
     pub(super) entries: Sourced<u32>,
     pub(super) walk_ns: Sourced<f64>,
-    pub(super) walks: Sourced<u32>,
 }
 
 #[derive(Deserialize)]

@@ -13,10 +13,8 @@ const MOST_ENTRIES: u32 = 65536;
 pub struct Translation {
     /// Pages, and how many of them are known at once.
     pub tlb: TlbConfig,
-    /// Seconds that a walk for another page takes.
+    /// Seconds that a walk for another page takes. Addresses are translated in order, so it holds up what comes behind it.
     pub walk_seconds: f64,
-    /// Walks at once.
-    pub walks: u32,
 }
 
 pub(super) fn translation(file: &File<'_>, raw: &TranslationFile) -> Result<Translation, Error> {
@@ -30,6 +28,5 @@ pub(super) fn translation(file: &File<'_>, raw: &TranslationFile) -> Result<Tran
     Ok(Translation {
         tlb: TlbConfig { page_bytes, entries },
         walk_seconds: file.within("translation.walk_ns", &raw.walk_ns, 1e-9..=1e9)? * 1e-9,
-        walks: file.within("translation.walks", &raw.walks, 1..=65536)?,
     })
 }

@@ -9,7 +9,7 @@
 use super::bounds::Demand;
 use super::in_flight::InFlight;
 use super::time::{PhaseTime, StackPart, add};
-use crate::config::{CacheRole, Gpu, Translation};
+use crate::config::{CacheRole, Gpu};
 use crate::counters::{PassCounters, WaitCounters};
 use crate::error::Error;
 use crate::queueing::{Network, NetworkError, Part, Solution, Station, solve};
@@ -23,8 +23,6 @@ const PORT: usize = 2;
 const HOLD_TOLERANCE: f64 = 1e-6;
 /// Time beyond the last cache, and the wait for a place to spend it in.
 const MSHRS: &str = "memory latency";
-/// Time that page walks take.
-pub(super) const TRANSLATION: &str = "address translation";
 /// Time that nothing but the distance causes.
 pub(super) const LATENCY: &str = "latency";
 
@@ -124,19 +122,17 @@ impl InPhase<'_> {
         let memory_bytes = window.memory_bytes as f64;
         let line = path.last().map_or(1.0, |&last| gpu.caches[last].line_bytes as f64);
         of_a_line += line / bandwidth * (memory_bytes / line / lines.max(1.0)).min(1.0);
+        // A page walk holds up what comes behind it on the way to memory.
+        let (name, walk_seconds) = match gpu.translation {
+            Some(translation) => ("DRAM and page walks", translation.walk_seconds),
+            None => ("DRAM", 0.0),
+        };
+        let walks = walk_seconds * window.page_walks as f64 / window_turns;
         stations.push(Station {
             sharers,
             burst: per_wait(memory_bytes / line),
-            ..single("DRAM", (memory_bytes / window_turns + direct) / bandwidth)
+            ..single(name, (memory_bytes / window_turns + direct) / bandwidth + walks)
         });
-
-        if let Some(Translation { walk_seconds, walks, .. }) = gpu.translation {
-            stations.push(Station {
-                servers: walks,
-                sharers,
-                ..single(TRANSLATION, walk_seconds * window.page_walks as f64 / window_turns)
-            });
-        }
 
         // A line is on its way for the latency of the place that it comes from; a turn waits for the farthest of its lines.
         let Waits { line_cycles, mut turn_cycles, from_memory } = self.waits(window, lines);

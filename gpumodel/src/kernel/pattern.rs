@@ -45,7 +45,8 @@ pub enum Pattern {
         /// Bytes from one pointer to the next.
         stride: u64,
     },
-    /// All lanes read consecutive elements of `footprint` bytes over and over; if `copies`, they store them behind it too.
+    /// All lanes read consecutive elements of `footprint` bytes over and over, 64 each as in ArchProbe; if `copies`, each lane reads one and
+    /// stores it behind the footprint, as in azhirnov/as-en.
     Stream {
         /// Through which unit.
         route: Route,
@@ -97,9 +98,11 @@ impl Pattern {
         let lanes = gpu.cores.warp_width;
         match *self {
             Self::Chase { footprint, stride, .. } => (footprint / stride).max(1) as u32,
-            Self::Stream { footprint, element, .. } => {
-                let bytes = u64::from(lanes * element * UNROLLED * STREAM_TURNS);
-                full.max(footprint.div_ceil(bytes).min(u64::from(4 * full)) as u32)
+            Self::Stream { footprint, element, copies, .. } => {
+                let loads = unrolled(copies) * stream_turns(copies);
+                let most = 4 * full * (UNROLLED * STREAM_TURNS / loads);
+                let around = footprint.div_ceil(u64::from(lanes * element * loads));
+                full.max(around.min(u64::from(most)) as u32)
             }
             Self::RandomSamples { footprint, samples, .. } => {
                 full.max((4 * footprint / 64).div_ceil(u64::from(lanes * samples)) as u32)
@@ -135,7 +138,7 @@ impl Pattern {
         let lanes = u64::from(gpu.cores.warp_width);
         match *self {
             Self::Chase { .. } => 1,
-            Self::Stream { .. } => lanes * u64::from(UNROLLED * STREAM_TURNS),
+            Self::Stream { copies, .. } => lanes * u64::from(unrolled(copies) * stream_turns(copies)),
             Self::RandomSamples { samples, .. } => lanes * u64::from(samples),
             Self::Lookup { .. } | Self::Branch { .. } => lanes,
         }
@@ -155,6 +158,16 @@ impl Pattern {
 
 /// Turns of a streaming warp: with [`UNROLLED`], 64 loads, as ArchProbe's.
 const STREAM_TURNS: u32 = 16;
+
+/// Loads of a stream in flight together.
+fn unrolled(copies: bool) -> u32 {
+    if copies { 1 } else { UNROLLED }
+}
+
+/// Turns of a stream that load.
+fn stream_turns(copies: bool) -> u32 {
+    if copies { 1 } else { STREAM_TURNS }
+}
 
 /// A pattern with a number of warps; of a chase, with a number of pointers.
 #[derive(Clone, Copy, Debug)]
@@ -182,11 +195,10 @@ impl Kernel for Probe<'_> {
                 turn < self.warps
             }
             Pattern::Stream { route, footprint, element, copies } => {
-                let turns = if copies { 2 * STREAM_TURNS } else { STREAM_TURNS };
-                let (part, write) = if copies { (turn / 2, turn % 2 == 1) } else { (turn, false) };
-                for load_number in 0..UNROLLED {
-                    let row =
-                        u64::from(warp * STREAM_TURNS + part) * u64::from(UNROLLED) + u64::from(load_number);
+                let (loads, turns) = (unrolled(copies), stream_turns(copies));
+                let (part, write) = if copies { (0, turn == 1) } else { (turn, false) };
+                for load_number in 0..loads {
+                    let row = u64::from(warp * turns + part) * u64::from(loads) + u64::from(load_number);
                     let of_lane =
                         |lane: u32| (row * u64::from(self.width) + u64::from(lane)) * u64::from(element);
                     let behind = if write { footprint.next_multiple_of(PAGE_BYTES) } else { 0 };
@@ -194,7 +206,7 @@ impl Kernel for Probe<'_> {
                     let route = if write { Route::Buffer } else { route };
                     out.accesses.push(LaneAccess { route, write, bytes: element, per_lane: 1, addresses });
                 }
-                turn < turns
+                turn < turns + u32::from(copies)
             }
             Pattern::RandomSamples { footprint, samples, pages } => {
                 let texture = Texture::of(footprint);

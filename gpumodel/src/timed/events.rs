@@ -29,8 +29,6 @@ pub(super) enum Event {
     LoadStore(u32),
     /// A copy of a cache can wait for one more line: level and copy.
     Unblock(u32, u32),
-    /// The address of a request on its way to memory is known.
-    Translated(u32),
     /// A request arrives at the memory controller.
     Memory(u32),
 }

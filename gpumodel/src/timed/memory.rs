@@ -5,7 +5,6 @@
 //! of the way to memory, and on the memory controller.
 
 use super::events::{Event, Events, Promises};
-use super::walks::Walks;
 use crate::config::Gpu;
 use crate::error::Error;
 use crate::interleave::KindPaths;
@@ -49,9 +48,9 @@ pub(super) struct Memory {
     levels: Vec<Level>,
     requests: Vec<Request>,
     free_requests: Vec<u32>,
-    translation: Option<Walks>,
-    /// The way between the last cache and memory.
+    /// The way between the last cache and memory. Addresses are translated on it, in order: a page walk holds up what comes behind it.
     fabric_free: f64,
+    walk_cycles: f64,
     fabric_cycles_per_byte: f64,
     /// Cycles of the way there and back, without what the memory itself takes.
     fabric_latency: f64,
@@ -199,8 +198,8 @@ impl Memory {
             hierarchy,
             requests: Vec::new(),
             free_requests: Vec::new(),
-            translation: gpu.translation.map(|translation| Walks::new(translation, gpu.clock.hz)),
             fabric_free: 0.0,
+            walk_cycles: gpu.translation.map_or(0.0, |translation| translation.walk_seconds * gpu.clock.hz),
             fabric_cycles_per_byte: gpu.clock.hz / bandwidth,
             fabric_latency: (gpu.dram.latency_seconds * gpu.clock.hz - idle).max(0.0),
             dram,
@@ -346,7 +345,7 @@ impl Memory {
         }
         self.reads_outstanding += 1;
         let slot = keep(&mut self.requests, &mut self.free_requests, request, number);
-        self.translate(slot, events);
+        self.send(slot, events);
         Reply::Later { near: false }
     }
 
@@ -410,7 +409,7 @@ impl Memory {
 
     fn ask_memory(&mut self, request: Request, events: &mut Events) {
         let slot = keep(&mut self.requests, &mut self.free_requests, request, None);
-        self.translate(slot, events);
+        self.send(slot, events);
     }
 
     /// Bytes that go to memory past the caches.
@@ -431,21 +430,10 @@ impl Memory {
         self.ask_memory(request, events);
     }
 
-    /// Sends a request on as soon as the address of its page is known.
-    fn translate(&mut self, number: u32, events: &mut Events) {
-        let Request { address, walks, at, .. } = self.requests[number as usize];
-        let known = self.translation.as_mut().map_or(at, |translation| translation.known(address, walks, at));
-        if known > at {
-            events.push(known, Event::Translated(number));
-        } else {
-            self.send(at, number, events);
-        }
-    }
-
-    /// A request whose address is known from `at` on goes to memory.
-    pub(super) fn send(&mut self, at: f64, number: u32, events: &mut Events) {
+    fn send(&mut self, number: u32, events: &mut Events) {
         let request = &self.requests[number as usize];
-        let begins = at.max(self.fabric_free);
+        let walk = if request.walks { self.walk_cycles } else { 0.0 };
+        let begins = request.at.max(self.fabric_free) + walk;
         self.fabric_free = begins + f64::from(request.bytes) * self.fabric_cycles_per_byte;
         events.push(begins + self.fabric_latency, Event::Memory(number));
     }

@@ -12,7 +12,6 @@
 mod core;
 mod events;
 mod memory;
-mod walks;
 
 pub(crate) use self::core::servers;
 use self::core::{Core, Issue, Rates, Warp};
@@ -246,7 +245,6 @@ impl Machine {
                 Event::Functions(place) => self.functions(place),
                 Event::LoadStore(core) => self.load_store(core),
                 Event::Unblock(level, copy) => self.memory.unblock(self.now, level, copy, &mut self.events),
-                Event::Translated(request) => self.memory.send(self.now, request, &mut self.events),
                 Event::Memory(request) => self.memory.submit(self.now, request),
             }
         }

@@ -12,7 +12,7 @@ pub fn charts(verdicts: &[RowVerdict], judge: &str) -> Vec<(&'static str, BarCha
         (
             "slowdown",
             "Slowdown",
-            "time over that of the simpler pattern",
+            "time over the simpler pattern's",
             &[Kind::Bandwidth, Kind::Ratio, Kind::Divergence],
             "x",
         ),
