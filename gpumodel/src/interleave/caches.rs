@@ -1,0 +1,209 @@
+//! The caches, and accesses gathered for them.
+
+use super::KindPaths;
+use crate::config::Gpu;
+use crate::counters::{BufferTraffic, WaitCounters};
+use crate::layout::{BufferKind, Places};
+use crate::warp::Run;
+use crate::windows::Seen;
+use cachesim::{Access, Hierarchy, LevelServed, LineId, MAX_LEVELS, PathId, Policy, Served};
+
+/// How runs of one key reach the caches.
+#[derive(Clone, Copy)]
+struct Route {
+    path: PathId,
+    write: bool,
+    /// The path has caches private to a core.
+    by_core: bool,
+    /// The first of them is private to a core.
+    own_cache: bool,
+    /// Runs of at most this many lines, repeated at once, hit every time after the first and change nothing.
+    repeatable_lines: usize,
+    /// First line, and lines per resident warp, of a private buffer; 0 for others.
+    private: (u32, u32),
+}
+
+/// The caches, and accesses gathered for them.
+pub(super) struct Caches {
+    pub(super) hierarchy: Hierarchy,
+    routes: [Option<Route>; Run::KEYS],
+    /// The first `gathered` of [`PENDING`] take one path of one core.
+    pending: Vec<Access>,
+    /// Of each of these, the key.
+    pending_keys: Vec<u8>,
+    gathered: usize,
+    pending_path: PathId,
+    pending_core: u32,
+    /// By key, accesses that hit without being simulated.
+    spared: Vec<u64>,
+    /// By key.
+    served: Vec<Served>,
+    /// Of the turns that were looked at.
+    waits: WaitCounters,
+}
+
+/// When so many accesses are gathered, the caches see them.
+const PENDING: usize = 4096;
+/// No run has more lines.
+const MOST_LINES: usize = 256;
+
+impl Caches {
+    pub(super) fn new(gpu: &Gpu, hierarchy: Hierarchy, paths: KindPaths, places: Places) -> Self {
+        let stacks = (places.stack_base_line, places.stack_stride_lines);
+        let route = |key: usize| {
+            let (_, kind, write) = Run::of_key(key)?;
+            let path = first_alike(&hierarchy, paths.of(kind, write), paths);
+            let levels = hierarchy.path(path);
+            let first = &gpu.levels().as_slice()[levels[0]];
+            // Other policies may evict one line of the run for another, or rank a line anew when it hits.
+            let repeatable = first.policy == Policy::Lru && !write;
+            Some(Route {
+                path,
+                write,
+                by_core: levels.iter().any(|&level| gpu.caches[level].copies > 1),
+                own_cache: gpu.caches[levels[0]].copies == gpu.cores.count,
+                repeatable_lines: if repeatable { first.way_count() as usize } else { 0 },
+                private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
+            })
+        };
+        Self {
+            routes: std::array::from_fn(route),
+            hierarchy,
+            pending: vec![Access::read(LineId::new(0)); PENDING + MOST_LINES],
+            pending_keys: vec![0; PENDING + MOST_LINES],
+            gathered: 0,
+            pending_path: paths.ssbo,
+            pending_core: 0,
+            spared: vec![0; Run::KEYS],
+            served: vec![Served::default(); Run::KEYS],
+            waits: WaitCounters::default(),
+        }
+    }
+
+    /// `lines` begins with those of the run.
+    #[inline(always)]
+    pub(super) fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
+        let key = run.key();
+        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride), .. }) =
+            self.routes[key]
+        else {
+            return;
+        };
+        let core = if by_core { core } else { 0 };
+        if path != self.pending_path || core != self.pending_core {
+            self.flush_pending();
+            (self.pending_path, self.pending_core) = (path, core);
+        }
+        let count = run.lines();
+        let repeats = if count <= repeatable_lines { 1 } else { run.repeats() as usize };
+        self.spared[key] += (run.repeats() as usize - repeats) as u64 * count as u64;
+        let base = base + resident * stride;
+        for _ in 0..repeats {
+            if self.gathered >= PENDING {
+                self.flush_pending();
+            }
+            // By fours, as most runs have no more: a loop of just as many steps would end where nobody expects it.
+            let (accesses, keys) =
+                (&mut self.pending[self.gathered..], &mut self.pending_keys[self.gathered..]);
+            let places = accesses.as_chunks_mut::<4>().0.iter_mut().zip(keys.as_chunks_mut::<4>().0);
+            for ((places, keys), four) in places.zip(lines.as_chunks::<4>().0).take(count.div_ceil(4)) {
+                *places = four.map(|line| Access::new(LineId::new(u64::from(base + line)), write));
+                *keys = [key as u8; 4];
+            }
+            self.gathered += count;
+        }
+    }
+
+    /// Lets the caches see what has been gathered.
+    pub(super) fn flush_pending(&mut self) {
+        let (accesses, keys) = (&self.pending[..self.gathered], &self.pending_keys[..self.gathered]);
+        self.hierarchy.access_by_class(
+            self.pending_path,
+            self.pending_core,
+            accesses,
+            keys,
+            &mut self.served,
+        );
+        self.gathered = 0;
+    }
+
+    /// All that the caches have seen.
+    pub(super) fn seen(&mut self) -> Seen {
+        self.flush_pending();
+        let mut levels = [LevelServed::default(); MAX_LEVELS];
+        for (level, served) in levels.iter_mut().take(self.hierarchy.levels().as_slice().len()).enumerate() {
+            let counts = self.hierarchy.counts(level);
+            *served = LevelServed { accesses: counts.accesses, misses: counts.misses };
+        }
+        for (route, spared) in self.routes.iter().zip(&self.spared) {
+            if let Some(route) = route {
+                levels[self.hierarchy.path(route.path)[0]].accesses += spared;
+            }
+        }
+        let memory = self.hierarchy.memory();
+        Seen {
+            levels,
+            memory_bytes: memory.read_bytes + memory.write_bytes,
+            page_walks: self.hierarchy.page_walks(),
+            waits: self.waits,
+        }
+    }
+
+    /// Misses of each level, and last of memory, once all that has been gathered is in the caches.
+    pub(super) fn misses(&mut self) -> [u64; MAX_LEVELS + 1] {
+        self.flush_pending();
+        let mut misses = [0; MAX_LEVELS + 1];
+        for (level, misses) in misses.iter_mut().take(self.hierarchy.levels().as_slice().len()).enumerate() {
+            *misses = self.hierarchy.counts(level).misses;
+        }
+        misses[MAX_LEVELS] = self.hierarchy.memory().reads;
+        misses
+    }
+
+    /// Notes from where the lines of a turn came, whose last run is `last`; `before` are the misses before it.
+    pub(super) fn sample(&mut self, last: Run, lines: usize, before: [u64; MAX_LEVELS + 1]) {
+        let after = self.misses();
+        let Some(route) = self.routes[last.key()].as_ref() else { return };
+        let first = self.hierarchy.path(route.path)[0];
+        let lines = if route.own_cache { after[first] - before[first] } else { lines as u64 };
+        self.waits.turns += 1;
+        self.waits.lines += lines;
+        self.waits.squares += lines * lines;
+        if route.write {
+            return;
+        }
+        let path = self.hierarchy.path(route.path);
+        let missed = |&level: &usize| after[level] > before[level];
+        let from = if after[MAX_LEVELS] > before[MAX_LEVELS] {
+            MAX_LEVELS
+        } else {
+            let passed = path.iter().take_while(|level| missed(level)).count();
+            path[passed.min(path.len() - 1)]
+        };
+        self.waits.from[from] += 1;
+    }
+
+    /// What the accesses of a key caused.
+    pub(super) fn traffic(&self, key: usize) -> BufferTraffic {
+        let mut traffic = BufferTraffic::default();
+        let Some(route) = &self.routes[key] else {
+            return traffic;
+        };
+        let served = &self.served[key];
+        let path = self.hierarchy.path(route.path);
+        for (&level, served) in path.iter().zip(&served.levels) {
+            traffic.levels[level] = *served;
+        }
+        traffic.levels[path[0]].accesses += self.spared[key];
+        traffic.dram_read_bytes = served.memory.read_bytes;
+        traffic.dram_write_bytes = served.memory.write_bytes;
+        traffic
+    }
+}
+
+/// The first path that leads through the same levels, so that accesses that take either need not be told apart.
+fn first_alike(hierarchy: &Hierarchy, path: PathId, paths: KindPaths) -> PathId {
+    let KindPaths { ssbo, texture, private, vertex } = paths;
+    let alike = |other: &PathId| hierarchy.path(*other) == hierarchy.path(path);
+    [ssbo, texture, private, vertex].into_iter().find(alike).unwrap_or(path)
+}
