@@ -303,6 +303,7 @@ fn pages_that_cannot_be_are_refused_and_the_smallest_and_largest_are_read() {
         ),
         ("page_bytes = { value = 65536", "page_bytes = { value = 2048", "translation.page_bytes", "4096 to"),
         ("entries = { value = 64", "entries = { value = 0", "translation.entries", "is 0"),
+        ("entries = { value = 64", "entries = { value = 4097", "translation.entries", "1 to 4096"),
         ("walk_ns = { value = 31.6", "walk_ns = { value = nan", "translation.walk_ns", "is NaN"),
     ] {
         let message = translating(from, to).expect_err(key).to_string();

@@ -6,7 +6,7 @@ use crate::error::Error;
 use cachesim::TlbConfig;
 
 /// Pages that a TLB may know: each of its look-ups takes time in proportion.
-const MOST_ENTRIES: u32 = 65536;
+const MOST_ENTRIES: u32 = 4096;
 
 /// The memory management unit of a GPU, behind its last cache.
 #[derive(Clone, Copy, Debug, PartialEq)]
