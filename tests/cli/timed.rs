@@ -85,6 +85,7 @@ const SMALLEST: [&str; 12] = [
     "cache.uche.banks=1",
     "cache.uche.mshrs=1",
     "cache.tp_l1.size=64",
+        "cache.tp_l1.banks=1",
     "cache.tp_l1.mshrs=1",
     "load_store.lines_in_flight=1",
     "texture.lines_in_flight=1",
