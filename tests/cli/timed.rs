@@ -100,7 +100,7 @@ fn the_least_and_the_fastest_that_a_gpu_can_be_have_finite_times() {
     let owned = |figures: &[&str]| figures.iter().map(|&figure| figure.to_owned()).collect::<Vec<_>>();
     for rung in RUNGS {
         let plain = time(rung, &[]);
-        for set in [&SMALLEST[..2], &SMALLEST[2..5], &SMALLEST[8..9], &SMALLEST] {
+        for set in [&SMALLEST[..2], &SMALLEST[2..5], &SMALLEST[9..10], &SMALLEST] {
             let time = time(rung, &owned(set));
             assert!(time.is_finite() && time > plain, "{rung} {set:?}: {time} ms, plain {plain} ms");
         }
