@@ -253,11 +253,10 @@ impl<'a> Workshop<'a> {
     fn bench(&self) -> Bench {
         let mut tree_turns = vec![TreeTurns::Joined; self.programs.len()];
         for &Sharer { variant, tree_of } in self.shapes.iter().flat_map(|shape| &shape.variants) {
-            tree_turns[variant] = match tree_of {
-                _ if self.programs[variant].keeps_turns => TreeTurns::Joined,
-                Some(_) => TreeTurns::Elsewhere,
-                None => TreeTurns::Apart,
-            };
+            if let Some(leader) = tree_of {
+                tree_turns[leader] = TreeTurns::Apart;
+                tree_turns[variant] = TreeTurns::Elsewhere;
+            }
         }
         let emitters = tree_turns.into_iter().map(Emitter::new).collect();
         Bench { tile: Tile::default(), stepper: Stepper::new(), emitters }
