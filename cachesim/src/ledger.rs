@@ -1,7 +1,8 @@
 //! Who hears what a run caused.
 
-use crate::counts::{LevelServed, MemoryCounts, MemoryRequest, Served};
+use crate::counts::{LevelServed, MAX_LEVELS, MemoryCounts, MemoryRequest, Served};
 use crate::word::Word;
+use std::ops::Range;
 
 /// Follows a run down its path, level by level.
 pub(crate) trait Ledger {
@@ -48,20 +49,44 @@ impl Ledger for Served {
     }
 }
 
-/// Tells what accesses of several classes caused.
+/// Tells what accesses of several classes caused, and which missed where.
 pub(crate) struct ByClass<'a> {
-    /// Of the accesses that have not entered yet.
-    later: &'a [u8],
-    /// Of the requests on their way.
-    now: Vec<u8>,
-    next: Vec<u8>,
+    /// Of all accesses.
+    classes: &'a [u8],
+    /// Those on their way are among these.
+    entered: Range<usize>,
+    /// The requests on their way are the accesses themselves, in order.
+    at_entry: bool,
+    /// Otherwise, of each of them, the access that caused it.
+    causes: Vec<u32>,
+    next: Vec<u32>,
     served: &'a mut [Served],
+    missed: &'a mut [Vec<u32>; MAX_LEVELS],
 }
 
 impl<'a> ByClass<'a> {
-    /// `classes` are those of all accesses; what class `c` causes is added to `served[c]`.
-    pub(crate) fn new(classes: &'a [u8], served: &'a mut [Served]) -> Self {
-        Self { later: classes, now: Vec::new(), next: Vec::new(), served }
+    /// `classes` are those of all accesses; what class `c` causes is added to `served[c]`, and to `missed[p]` which accesses missed
+    /// at position `p` of the path, in order.
+    pub(crate) fn new(
+        classes: &'a [u8],
+        served: &'a mut [Served],
+        missed: &'a mut [Vec<u32>; MAX_LEVELS],
+    ) -> Self {
+        Self {
+            classes,
+            entered: 0..0,
+            at_entry: true,
+            causes: Vec::new(),
+            next: Vec::new(),
+            served,
+            missed,
+        }
+    }
+
+    /// The access that caused a request on its way.
+    #[inline(always)]
+    fn cause(&self, request: u32) -> u32 {
+        if self.at_entry { self.entered.start as u32 + request } else { self.causes[request as usize] }
     }
 }
 
@@ -69,32 +94,41 @@ impl Ledger for ByClass<'_> {
     const TRACED: bool = true;
 
     fn enter(&mut self, len: usize) {
-        let (now, later) = self.later.split_at(len);
-        self.now.clear();
-        self.now.extend_from_slice(now);
-        self.later = later;
+        self.entered = self.entered.end..self.entered.end + len;
+        self.at_entry = true;
     }
 
     fn level(&mut self, position: usize, _len: usize, _misses: u64, trail: Trail<'_>) {
-        for &class in &self.now {
-            self.served[usize::from(class)].levels[position].accesses += 1;
+        if self.at_entry {
+            for &class in &self.classes[self.entered.clone()] {
+                self.served[usize::from(class)].levels[position].accesses += 1;
+            }
+        } else {
+            for &cause in &self.causes {
+                self.served[usize::from(self.classes[cause as usize])].levels[position].accesses += 1;
+            }
         }
         for &request in trail.missed {
-            self.served[usize::from(self.now[request as usize])].levels[position].misses += 1;
+            let cause = self.cause(request);
+            self.served[usize::from(self.classes[cause as usize])].levels[position].misses += 1;
+            self.missed[position].push(cause);
         }
-        self.next.clear();
-        self.next.extend(trail.causes.iter().map(|&request| self.now[request as usize]));
-        std::mem::swap(&mut self.now, &mut self.next);
+        let mut next = std::mem::take(&mut self.next);
+        next.clear();
+        next.extend(trail.causes.iter().map(|&request| self.cause(request)));
+        self.next = std::mem::replace(&mut self.causes, next);
+        self.at_entry = false;
     }
 
     fn split(&mut self, bits: u32) {
         self.next.clear();
-        self.next.extend(self.now.iter().flat_map(|&class| std::iter::repeat_n(class, 1 << bits)));
-        std::mem::swap(&mut self.now, &mut self.next);
+        self.next.extend(self.causes.iter().flat_map(|&cause| std::iter::repeat_n(cause, 1 << bits)));
+        std::mem::swap(&mut self.causes, &mut self.next);
     }
 
     fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64, _walks: &[bool]) {
-        for (request, &class) in requests.iter().zip(&self.now) {
+        for (request, &cause) in requests.iter().zip(&self.causes) {
+            let class = self.classes[cause as usize];
             self.served[usize::from(class)].memory.add(&memory_traffic(&[*request], granule_bytes));
         }
     }

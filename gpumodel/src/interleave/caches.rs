@@ -21,6 +21,23 @@ struct Route {
     repeatable_lines: usize,
     /// First line, and lines per resident warp, of a private buffer; 0 for others.
     private: (u32, u32),
+    /// Cycles from a request to its data in the first cache.
+    latency: f64,
+    /// By position on the path, cycles by which a miss there delays the data.
+    beyond: [f64; MAX_LEVELS],
+}
+
+/// A turn whose accesses have been gathered.
+struct GatheredTurn {
+    /// Where they end.
+    end: u32,
+    resident: u32,
+}
+
+/// Data that a resident warp waits for were not in a cache.
+pub(super) struct Delay {
+    pub(super) resident: u32,
+    pub(super) cycles: f64,
 }
 
 /// The caches, and accesses gathered for them.
@@ -34,6 +51,16 @@ pub(super) struct Caches {
     gathered: usize,
     pending_path: PathId,
     pending_core: u32,
+    /// As [`Route::beyond`].
+    pending_beyond: [f64; MAX_LEVELS],
+    /// The turns of these; the latest may go on.
+    pending_turns: Vec<GatheredTurn>,
+    /// Whose turn is the latest.
+    issuing: u32,
+    /// By position on the path, which of them missed.
+    missed: [Vec<u32>; MAX_LEVELS],
+    /// What has become known since they were last taken.
+    pub(super) delays: Vec<Delay>,
     /// By key, accesses that hit without being simulated.
     spared: Vec<u64>,
     /// By key.
@@ -42,8 +69,8 @@ pub(super) struct Caches {
     waits: WaitCounters,
 }
 
-/// When so many accesses are gathered, the caches see them.
-const PENDING: usize = 4096;
+/// When so many accesses are gathered, the caches see them. So late does a warp learn that its data are far away.
+const PENDING: usize = 1024;
 /// No run has more lines.
 const MOST_LINES: usize = 256;
 
@@ -64,8 +91,11 @@ impl Caches {
                 own_cache: gpu.caches[levels[0]].copies == gpu.cores.count,
                 repeatable_lines: if repeatable { first.way_count() as usize } else { 0 },
                 private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
+                latency: gpu.latency_cycles(levels, 0),
+                beyond: beyond(gpu, levels),
             })
         };
+        let pending_beyond = beyond(gpu, hierarchy.path(paths.ssbo));
         Self {
             routes: std::array::from_fn(route),
             hierarchy,
@@ -74,6 +104,11 @@ impl Caches {
             gathered: 0,
             pending_path: paths.ssbo,
             pending_core: 0,
+            pending_beyond,
+            pending_turns: Vec::new(),
+            issuing: 0,
+            missed: Default::default(),
+            delays: Vec::new(),
             spared: vec![0; Run::KEYS],
             served: vec![Served::default(); Run::KEYS],
             waits: WaitCounters::default(),
@@ -84,16 +119,18 @@ impl Caches {
     #[inline(always)]
     pub(super) fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride), .. }) =
+        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride), ref beyond, .. }) =
             self.routes[key]
         else {
             return;
         };
         let core = if by_core { core } else { 0 };
         if path != self.pending_path || core != self.pending_core {
+            let beyond = *beyond;
             self.flush_pending();
-            (self.pending_path, self.pending_core) = (path, core);
+            (self.pending_path, self.pending_core, self.pending_beyond) = (path, core, beyond);
         }
+        self.issuing = resident;
         let count = run.lines();
         let repeats = if count <= repeatable_lines { 1 } else { run.repeats() as usize };
         self.spared[key] += (run.repeats() as usize - repeats) as u64 * count as u64;
@@ -114,6 +151,15 @@ impl Caches {
         }
     }
 
+    /// The turn whose accesses came last is over; `last` is its last run. Cycles until its data are there, if the first cache has them.
+    pub(super) fn end_turn(&mut self, resident: u32, last: Run) -> f64 {
+        self.pending_turns.push(GatheredTurn { end: self.gathered as u32, resident });
+        match &self.routes[last.key()] {
+            Some(route) if !route.write => route.latency,
+            _ => 0.0,
+        }
+    }
+
     /// Lets the caches see what has been gathered.
     pub(super) fn flush_pending(&mut self) {
         let (accesses, keys) = (&self.pending[..self.gathered], &self.pending_keys[..self.gathered]);
@@ -123,7 +169,21 @@ impl Caches {
             accesses,
             keys,
             &mut self.served,
+            &mut self.missed,
         );
+        for (missed, &cycles) in self.missed.iter_mut().zip(&self.pending_beyond) {
+            // The lines of a turn are on their way together: it waits once for all that missed at a level.
+            let (mut turns, mut delayed) = (self.pending_turns.iter().peekable(), None);
+            for access in missed.drain(..).filter(|&access| !self.pending[access as usize].is_write()) {
+                while turns.next_if(|turn| turn.end <= access).is_some() {}
+                let end = turns.peek().map(|turn| turn.end);
+                if delayed.replace(end) != Some(end) {
+                    let resident = turns.peek().map_or(self.issuing, |turn| turn.resident);
+                    self.delays.push(Delay { resident, cycles });
+                }
+            }
+        }
+        self.pending_turns.clear();
         self.gathered = 0;
     }
 
@@ -199,6 +259,15 @@ impl Caches {
         traffic.dram_write_bytes = served.memory.write_bytes;
         traffic
     }
+}
+
+/// By position on a path, cycles by which a miss there delays the data.
+fn beyond(gpu: &Gpu, path: &[usize]) -> [f64; MAX_LEVELS] {
+    let mut beyond = [0.0; MAX_LEVELS];
+    for (place, cycles) in beyond.iter_mut().take(path.len()).enumerate() {
+        *cycles = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
+    }
+    beyond
 }
 
 /// The first path that leads through the same levels, so that accesses that take either need not be told apart.

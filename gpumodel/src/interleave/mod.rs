@@ -1,12 +1,18 @@
 //! Warps share the cores and the caches.
 //!
 //! Warps are issued in tile order; each goes to the first free slot, slots being counted across the cores before the next
-//! slot of the first. In every tick each core that has a warp lets the next one of its slots, round-robin, issue one turn: the loads and
-//! stores up to its next wait. The order of turns is the order in which the caches see the accesses.
+//! slot of the first. A turn is the loads and stores of a warp up to its next wait. The core that is behind the others lets the warp issue
+//! its next turn that has been ready for longest. The turn takes the core's time: that of the load/store port, or the mean share of
+//! a turn of its tile in the ALU's or the elementary functions' time, if that is longer. Then the warp is not ready again before
+//! its data are there, which takes the latency of the farthest place that they come from. No queue is waited in: how long a frame takes is
+//! found afterwards from what it asked for. But that a warp whose data are far away is held up, and stays for longer beside warps
+//! like it, decides what the caches have to hold. The order of turns is the order in which the caches see the accesses.
+//!
+//! In a tick as many turns are issued as there are cores with warps.
 
 mod caches;
 
-use self::caches::Caches;
+use self::caches::{Caches, Delay};
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
@@ -51,6 +57,7 @@ struct Waiting {
     tree: Range<usize>,
     own: Range<usize>,
     number: u32,
+    least_cycles: f64,
 }
 
 /// What a slot of a core holds: a copy of the words of its warp, so that those of all resident warps lie close together.
@@ -62,6 +69,8 @@ struct Slot {
     next: Range<usize>,
     other: Range<usize>,
     number: u32,
+    /// Of the core's time that a turn takes at least.
+    least_cycles: f64,
 }
 
 impl Slot {
@@ -71,7 +80,7 @@ impl Slot {
 
     /// Takes the warp that has waited longest; false if there is none.
     fn refill(&mut self, waiting: &mut VecDeque<Waiting>) -> bool {
-        let Some(Waiting { streams, tree, own, number }) = waiting.pop_front() else {
+        let Some(Waiting { streams, tree, own, number, least_cycles }) = waiting.pop_front() else {
             return false;
         };
         let mut words = std::mem::take(&mut self.words);
@@ -82,7 +91,7 @@ impl Slot {
         let own = tree.end..tree.end + own.len();
         let own_leads = tree.is_empty() || (!own.is_empty() && Run::from_word(words[own.start]).begins());
         let (next, other) = if own_leads { (own, tree) } else { (tree, own) };
-        *self = Self { words, next, other, number };
+        *self = Self { words, next, other, number, least_cycles };
         true
     }
 }
@@ -92,10 +101,14 @@ pub(crate) struct Interleaver {
     caches: Caches,
     /// Slots of core `c` are at `c * slots ..`.
     resident: Vec<Slot>,
+    /// Of each slot, when its warp can issue the next turn, in cycles; infinite without one.
+    ready: Vec<f64>,
     cores: usize,
     slots: usize,
-    /// Per core, the slot whose turn is next.
-    turn: Vec<usize>,
+    /// Per core, the time up to which it is busy, in cycles; infinite if it has no warp.
+    busy_until: Vec<f64>,
+    /// ALU and elementary function lanes of a core.
+    lanes: [f64; 2],
     /// Per core, warps in its slots.
     occupied: Vec<usize>,
     waiting: VecDeque<Waiting>,
@@ -129,9 +142,11 @@ impl Interleaver {
         Self {
             caches: Caches::new(gpu, hierarchy, paths, places),
             resident: (0..cores * slots).map(|_| Slot::default()).collect(),
+            ready: vec![f64::INFINITY; cores * slots],
             cores,
             slots,
-            turn: vec![0; cores],
+            busy_until: vec![f64::INFINITY; cores],
+            lanes: [gpu.cores.alu_lanes, gpu.cores.efu_lanes],
             occupied: vec![0; cores],
             waiting: VecDeque::new(),
             schedule: ScheduleCounters::default(),
@@ -151,6 +166,7 @@ impl Interleaver {
 
     /// Queues the warps of a tile.
     pub(crate) fn push(&mut self, streams: &TileStreams) {
+        let least_cycles = self.least_cycles(streams);
         for warp in 0..streams.warps() {
             let (tree, own) = (streams.tree.warp(warp), streams.own.warp(warp));
             self.schedule.warps += 1;
@@ -161,9 +177,22 @@ impl Interleaver {
             }
             // A warp that touches no memory takes no turn.
             if !(tree.is_empty() && own.is_empty()) {
-                self.waiting.push_back(Waiting { streams: streams.clone(), tree, own, number });
+                let streams = streams.clone();
+                self.waiting.push_back(Waiting { streams, tree, own, number, least_cycles });
             }
         }
+    }
+
+    /// Cycles of a core that the ALU, or the elementary function unit, takes for a turn of the tile on average.
+    fn least_cycles(&self, TileStreams { tree, own }: &TileStreams) -> f64 {
+        let (mut turns, mut issued) = (0, [0; 2]);
+        for issue in [tree, own].into_iter().flat_map(|stream| &stream.issue) {
+            turns += issue.turns;
+            issued[0] += issue.alu_issued;
+            issued[1] += issue.efu_issued;
+        }
+        let cycles = |unit: usize| issued[unit] as f64 / self.lanes[unit];
+        cycles(0).max(cycles(1)) / turns.max(1) as f64
     }
 
     /// Runs ticks as long as no core can lack a warp that a later tile would bring.
@@ -182,6 +211,7 @@ impl Interleaver {
         }
         let seen = self.caches.seen();
         self.windows.end_phase(pass, &seen);
+        self.caches.delays.clear();
     }
 
     /// Writes dirty lines back; everything has been drained.
@@ -205,11 +235,17 @@ impl Interleaver {
 
     /// Puts waiting warps into free slots: the first slots of all cores, then the second ones, and so on.
     fn fill(&mut self) {
+        let now = self.busy_until.iter().copied().fold(f64::INFINITY, f64::min);
+        let now = if now.is_finite() { now } else { 0.0 };
         for slot in 0..self.slots {
             for core in 0..self.cores {
-                let slot = &mut self.resident[core * self.slots + slot];
-                if slot.is_free() {
-                    self.occupied[core] += usize::from(slot.refill(&mut self.waiting));
+                let place = core * self.slots + slot;
+                if self.resident[place].is_free() && self.resident[place].refill(&mut self.waiting) {
+                    self.occupied[core] += 1;
+                    if self.occupied[core] == 1 {
+                        self.busy_until[core] = now;
+                    }
+                    self.ready[place] = self.busy_until[core];
                 }
             }
         }
@@ -225,10 +261,8 @@ impl Interleaver {
             let seen = self.caches.seen();
             self.windows.end_window(&seen);
         }
-        for core in 0..self.cores {
-            if self.occupied[core] > 0 {
-                self.issue(core);
-            }
+        for _ in 0..occupied {
+            self.issue(first_of(&self.busy_until));
         }
     }
 
@@ -242,11 +276,7 @@ impl Interleaver {
     /// Lets the next warp of a core issue one turn.
     fn issue(&mut self, core: usize) {
         let first = core * self.slots;
-        let mut slot = self.turn[core];
-        while self.resident[first + slot].is_free() {
-            slot = if slot + 1 == self.slots { 0 } else { slot + 1 };
-        }
-        self.turn[core] = if slot + 1 == self.slots { 0 } else { slot + 1 };
+        let place = first + first_of(&self.ready[first..first + self.slots]);
         self.until_sample -= 1;
         let sampled = self.until_sample == 0;
         if sampled {
@@ -255,13 +285,14 @@ impl Interleaver {
         let before = sampled.then(|| self.caches.misses());
         // Where maps are kept, nothing is pending between turns.
         let reads_before = (self.maps == Maps::Kept).then(|| self.caches.hierarchy.memory().reads);
-        let (resident, slot) = ((first + slot) as u32, &mut self.resident[first + slot]);
-        let Slot { words, next, other, number } = slot;
-        let mut lines = 0;
+        let slot = &mut self.resident[place];
+        let Slot { words, next, other, number, least_cycles } = slot;
+        let (mut lines, mut port_cycles) = (0, 0);
         let last = loop {
             let run = Run::from_word(words[next.start]);
-            self.caches.access(core as u32, resident, run, &words[next.start + 1..]);
+            self.caches.access(core as u32, place as u32, run, &words[next.start + 1..]);
             lines += run.lines();
+            port_cycles += run.port_cycles();
             next.start += 1 + run.lines();
             if run.is_last() || Range::is_empty(next) {
                 break run;
@@ -278,10 +309,31 @@ impl Interleaver {
             let missed = self.caches.hierarchy.memory().reads - before;
             self.misses[*number as usize] += missed as u32;
         }
-        if slot.is_free() {
-            self.occupied[core] -= usize::from(!slot.refill(&mut self.waiting));
+        self.busy_until[core] =
+            self.busy_until[core].max(self.ready[place]) + least_cycles.max(f64::from(port_cycles));
+        self.ready[place] = self.busy_until[core] + self.caches.end_turn(place as u32, last);
+        for Delay { resident, cycles } in self.caches.delays.drain(..) {
+            self.ready[resident as usize] += cycles;
+        }
+        if slot.is_free() && !slot.refill(&mut self.waiting) {
+            self.ready[place] = f64::INFINITY;
+            self.occupied[core] -= 1;
+            if self.occupied[core] == 0 {
+                self.busy_until[core] = f64::INFINITY;
+            }
         }
     }
+}
+
+/// The place of the least of some numbers, the first of them if there are several.
+fn first_of(times: &[f64]) -> usize {
+    let (mut first, mut least) = (0, times[0]);
+    for (place, &time) in times.iter().enumerate().skip(1) {
+        if time < least {
+            (first, least) = (place, time);
+        }
+    }
+    first
 }
 
 #[cfg(test)]

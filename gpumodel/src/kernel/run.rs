@@ -215,8 +215,10 @@ impl<'a> KernelEmitter<'a> {
         for group in addresses.chunks(together) {
             let lines = group.iter().map(|&address| (address >> shift) as u32);
             let found = self.distinct.filter(lines, self.writer.lines());
-            self.writer.push(Run::new(pass, route.kind(), write, found, 1));
-            cycles += self.cycles(route, group.len() as u32 / per_lane, bytes * per_lane, found as u32);
+            let of_group = self.cycles(route, group.len() as u32 / per_lane, bytes * per_lane, found as u32);
+            let run = Run::new(pass, route.kind(), write, found, 1);
+            self.writer.push(run.with_port_cycles(of_group.ceil() as u32));
+            cycles += of_group;
             runs += 1;
             all_lines += found as u64;
         }

@@ -125,7 +125,7 @@ impl Emitter {
     pub(crate) fn fetch(&mut self, program: &Program, pass: Pass, kind: BufferKind, lines: &[u32]) {
         let mut part = self.part(program, pass, Share::Own);
         let found = part.distinct.filter(lines.iter().copied(), part.writer.lines());
-        part.writer.push(Run::new(pass, kind, false, found, 1));
+        part.writer.push(Run::new(pass, kind, false, found, 1).with_port_cycles(found as u32));
         part.counters.line_requests += found as u64;
         part.counters.line_accesses += found as u64;
         if program.keeps_turns {
@@ -308,9 +308,10 @@ impl Part<'_> {
     #[inline(always)]
     fn count(&mut self, access: Access, found: usize, active: u32) {
         let Access { kind, write, bytes, repeats } = access;
-        self.writer.push(Run::new(self.pass, kind, write, found, repeats));
         let bytes = active * bytes;
         let port_cycles = (found as u32).max(self.program.lanes.port_cycles[bytes as usize / 4]);
+        let run = Run::new(self.pass, kind, write, found, repeats);
+        self.writer.push(run.with_port_cycles(port_cycles));
         let (repeats, lines) = (u64::from(repeats), found as u64);
         self.counters.memory_instructions += repeats;
         self.counters.line_requests += lines;

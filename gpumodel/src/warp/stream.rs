@@ -73,21 +73,24 @@ pub(crate) struct Turn {
 pub(crate) struct Run(u32);
 
 impl Run {
-    const LINES: u32 = 0xFF;
-    const REPEAT_SHIFT: u32 = 8;
-    const KIND_SHIFT: u32 = 16;
-    const PASS_SHIFT: u32 = 20;
-    const WRITE: u32 = 1 << 23;
-    const LAST: u32 = 1 << 24;
-    const CROSSES: u32 = 1 << 25;
-    const BEGINS: u32 = 1 << 26;
+    const LINES: u32 = 0x7F;
+    const REPEAT_SHIFT: u32 = 7;
+    const REPEATS: u32 = 0x1F;
+    const KIND_SHIFT: u32 = 12;
+    const PASS_SHIFT: u32 = 16;
+    const WRITE: u32 = 1 << 19;
+    const LAST: u32 = 1 << 20;
+    const CROSSES: u32 = 1 << 21;
+    const BEGINS: u32 = 1 << 22;
+    const PORT_SHIFT: u32 = 23;
+    const PORT_CYCLES: u32 = 0x1FF;
     /// Values of [`Self::key`] are below this.
     pub(crate) const KEYS: usize = 256;
 
     /// `lines` is at most the lanes of a warp, `repeats` the loads that touch them.
     #[inline(always)]
     pub(crate) fn new(pass: Pass, kind: BufferKind, write: bool, lines: usize, repeats: u32) -> Self {
-        debug_assert!(lines <= Self::LINES as usize && repeats <= 0xFF);
+        debug_assert!(lines <= Self::LINES as usize && repeats <= Self::REPEATS);
         let write = if write { Self::WRITE } else { 0 };
         Self(
             lines as u32
@@ -96,6 +99,18 @@ impl Run {
                 | (pass as u32) << Self::PASS_SHIFT
                 | write,
         )
+    }
+
+    /// Each of its loads or stores takes the port so many cycles; from 511 on they are not told apart.
+    #[inline(always)]
+    pub(crate) fn with_port_cycles(self, cycles: u32) -> Self {
+        Self(self.0 | cycles.min(Self::PORT_CYCLES) << Self::PORT_SHIFT)
+    }
+
+    /// Cycles of the load/store port, or of what takes its place for textures, repeats included.
+    #[inline(always)]
+    pub(crate) fn port_cycles(self) -> u32 {
+        (self.0 >> Self::PORT_SHIFT) * self.repeats()
     }
 
     #[inline(always)]
@@ -128,7 +143,7 @@ impl Run {
 
     #[inline(always)]
     pub(crate) fn repeats(self) -> u32 {
-        self.0 >> Self::REPEAT_SHIFT & 0xFF
+        self.0 >> Self::REPEAT_SHIFT & Self::REPEATS
     }
 
     /// Buffer, pass and direction as one small number.
