@@ -280,7 +280,7 @@ impl Channel {
     ) -> Option<Command> {
         let side = direction as usize;
         let mut best = Best(target.map(|target| self.refresh_command(target)));
-        let held_up = target.filter(|target| target.forced);
+        let held_up = target.filter(|target| target.held_up);
         for (bank, held) in (0..).zip(&self.banks) {
             let candidate = match held.entries.first() {
                 Some(head) if aged.is_some_and(|aged| head.seen <= aged) => {
@@ -388,8 +388,9 @@ impl Channel {
         match action {
             Action::Column => self.access(at, bank, index, ledger),
             Action::Precharge => {
-                if let Some(entry) = held.entries.get_mut(index) {
-                    entry.need = RowNeed::PrechargeAndActivate;
+                match held.entries.get_mut(index) {
+                    Some(entry) => entry.need = RowNeed::PrechargeAndActivate,
+                    None => self.refresh.choose(bank),
                 }
                 held.precharge(at, &self.timings);
                 self.update(bank);

@@ -3,7 +3,8 @@
 //! One command refreshes a bank, or the pair of banks of LPDDR5, while all others go on. The commands of a round refresh
 //! every bank once, in any order, as JESD209-4 demands; a round lasts tREFI, and its commands fall due at equal
 //! intervals. Banks for which nothing waits go first. Where there are none, the command is postponed, until the
-//! standard allows it no longer; then the next banks of the round take no more commands until they are refreshed.
+//! standard allows it no longer. Then the next banks of the round take no more commands until they are refreshed; so
+//! do those of which a row was shut for it.
 //! (So does DRAMSys; it is also what Synopsys' DDRCTL calls speculative refresh.)
 //!
 //! While requests wait, at least one column command is issued between two refreshes. At bandwidths so small that
@@ -20,8 +21,8 @@ pub(super) struct Target {
     pub(super) banks: u64,
     /// Not before.
     pub(super) from: u64,
-    /// Requests wait for these banks; from then on they get no command but those of the refresh.
-    pub(super) forced: bool,
+    /// From then on these banks get no command but those of the refresh, whatever waits for them.
+    pub(super) held_up: bool,
 }
 
 /// The rounds of one channel.
@@ -38,6 +39,8 @@ pub(super) struct Rounds {
     partner: u32,
     /// Banks not yet refreshed in this round.
     remaining: u64,
+    /// The bank that names the next command, once a row was shut for it.
+    chosen: Option<u32>,
     /// Commands so far; number n falls due at n intervals.
     done: u64,
     /// No command before.
@@ -58,6 +61,7 @@ impl Rounds {
             named: pairs.fold(0, |set, bank| set | 1 << bank),
             partner,
             remaining: all(organisation.banks),
+            chosen: None,
             done: 0,
             gate: 0,
             accessed: true,
@@ -76,18 +80,22 @@ impl Rounds {
 
     /// The banks to refresh next, where requests wait for those of `busy`.
     pub(super) fn target(&self, busy: u64) -> Option<Target> {
+        if let Some(first) = self.chosen {
+            let from = self.due().max(self.gate);
+            return Some(Target { banks: self.banks(first), from, held_up: true });
+        }
         if !self.accessed {
             return None;
         }
         let idle = self.remaining & !busy;
         let idle = self.named & idle & (idle >> self.partner);
-        let forced = idle == 0;
-        let first = if forced { self.remaining & self.named } else { idle };
-        let from = match forced {
+        let held_up = idle == 0;
+        let first = if held_up { self.remaining & self.named } else { idle };
+        let from = match held_up {
             true => (self.done + 1 + self.postponed).saturating_mul(self.interval),
             false => self.due(),
         };
-        Some(Target { banks: self.banks(first.trailing_zeros()), from: from.max(self.gate), forced })
+        Some(Target { banks: self.banks(first.trailing_zeros()), from: from.max(self.gate), held_up })
     }
 
     /// Those that are refreshed with bank `first`, a bit each.
@@ -101,9 +109,15 @@ impl Rounds {
         self.accessed = true;
     }
 
+    /// The row of this bank was shut for its refresh.
+    pub(super) fn choose(&mut self, bank: u32) {
+        self.chosen = Some(if self.named >> bank & 1 == 1 { bank } else { bank - self.partner });
+    }
+
     /// A command was issued.
     pub(super) fn refreshed(&mut self, at: u64, banks: u64, timings: &DramTimings) {
         self.accessed = false;
+        self.chosen = None;
         self.gate = at.saturating_add(timings.pbr2pbr);
         self.done += 1;
         self.remaining &= !banks;
