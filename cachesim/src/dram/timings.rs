@@ -109,6 +109,12 @@ impl DramTimings {
         self.rcd.saturating_add(self.row_hit())
     }
 
+    /// As [`Self::row_miss`], for several bursts of one row.
+    #[must_use]
+    pub fn row_miss_of(&self, bursts: u64) -> u64 {
+        self.row_miss().saturating_add(bursts.saturating_sub(1).saturating_mul(self.ccd_l))
+    }
+
     /// As [`Self::row_miss`], with another row of the bank open and long used.
     #[must_use]
     pub fn row_conflict(&self) -> u64 {
