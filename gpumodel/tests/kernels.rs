@@ -10,7 +10,6 @@ fn gpu(name: &str) -> Gpu {
 #[track_caller]
 fn assert_within(percent: f64, found: f64, expected: f64, what: &str) {
     let error = found / expected - 1.0;
-    eprintln!("DEV {what}: {:+.3} %", 100.0 * error);
     assert!(
         100.0 * error.abs() <= percent,
         "{what}: {found:e}, expected {expected:e}: {:+.2} %",
@@ -126,10 +125,6 @@ fn a_chain_to_memory_meets_open_rows_and_refreshes_as_often_as_the_formula_says(
                 let path = path(&gpu, route);
                 let shut = gpu.latency_cycles(path, path.len()) / gpu.clock.hz;
                 let found = chain_seconds(&gpu, route, path.len(), Fidelity::Timed);
-                eprintln!(
-                    "DEVS {name} {route:?} {factor} {:+.3}",
-                    100.0 * (found / chain_to_memory_seconds(&gpu, shut) - 1.0)
-                );
                 found / chain_to_memory_seconds(&gpu, shut)
             });
             let mean = ratios.sum::<f64>() / 8.0;

@@ -233,9 +233,12 @@ impl Channel {
         if used < self.refresh.due() {
             return Some(first);
         }
-        match self.refresh.target(self.wanted()) {
-            Some(target) if used >= target.from => self.plan_by_bank(direction, aged, Some(&target)),
-            _ => Some(first),
+        match self.refresh.target(self.wanted()).filter(|target| used >= target.from) {
+            None => Some(first),
+            Some(target) if target.held_up && target.banks >> first.bank & 1 == 1 => {
+                self.plan_by_bank(direction, aged, Some(&target))
+            }
+            Some(target) => Some(first.min(self.refresh_command(&target))),
         }
     }
 
@@ -269,18 +272,17 @@ impl Channel {
         best.0
     }
 
-    /// As [`Self::plan_access`], where the oldest entry of some bank is past the age cap `aged`, or some banks are to be
-    /// refreshed.
+    /// As [`Self::plan_access`], where the oldest entry of some bank is past the age cap `aged`, or the banks of a refresh
+    /// are held up.
     #[cold]
     fn plan_by_bank(
         &self,
         direction: Direction,
         aged: Option<u64>,
-        target: Option<&Target>,
+        held_up: Option<&Target>,
     ) -> Option<Command> {
         let side = direction as usize;
-        let mut best = Best(target.map(|target| self.refresh_command(target)));
-        let held_up = target.filter(|target| target.held_up);
+        let mut best = Best(held_up.map(|target| self.refresh_command(target)));
         for (bank, held) in (0..).zip(&self.banks) {
             let candidate = match held.entries.first() {
                 Some(head) if aged.is_some_and(|aged| head.seen <= aged) => {
