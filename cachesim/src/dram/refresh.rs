@@ -4,8 +4,7 @@
 //! every bank once, in any order, as JESD209-4 demands; a round lasts tREFI, and its commands fall due at equal
 //! intervals. Banks for which nothing waits go first. Where there are none, the command is postponed, until the
 //! standard allows it no longer. Then the next banks of the round take no more commands until they are refreshed; so
-//! do those of which a row was shut for it.
-//! (So does DRAMSys; it is also what Synopsys' DDRCTL calls speculative refresh.)
+//! do those of which a row was shut for it. (DRAMSys does the same in its `RefreshManagerPerBank`.)
 //!
 //! While requests wait, at least one column command is issued between two refreshes. At bandwidths so small that
 //! commands last longer than the interval, those that would be later than allowed by another round are counted, but
@@ -45,6 +44,7 @@ pub(super) struct Rounds {
     done: u64,
     /// No command before.
     gate: u64,
+    /// A column command was issued since the last, or nothing waits.
     accessed: bool,
 }
 
@@ -53,14 +53,15 @@ impl Rounds {
         let organisation = &config.standard.organisation;
         let commands = u64::from(organisation.banks / organisation.refresh_banks);
         let partner = organisation.refresh_partner();
-        let pairs = (0..organisation.banks).filter(|bank| partner == 0 || bank / partner % 2 == 0);
+        let names = |bank: &u32| partner == 0 || (bank / partner).is_multiple_of(2);
+        let named = (0..organisation.banks).filter(names).fold(0, |set, bank| set | 1 << bank);
         Self {
-            interval: timings.refi / commands,
+            interval: (timings.refi / commands).max(1),
             commands,
             postponed: commands * u64::from(config.standard.controller.refresh_postponed),
-            named: pairs.fold(0, |set, bank| set | 1 << bank),
+            named,
             partner,
-            remaining: all(organisation.banks),
+            remaining: named | named << partner,
             chosen: None,
             done: 0,
             gate: 0,
@@ -137,8 +138,4 @@ impl Rounds {
             self.done += rounds.saturating_sub(2) * self.commands;
         }
     }
-}
-
-fn all(banks: u32) -> u64 {
-    u64::MAX >> (64 - banks)
 }
