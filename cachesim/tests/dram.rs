@@ -90,9 +90,9 @@ fn a_row_conflict_takes_a_precharge_more_and_a_row_hit_an_activate_less() {
         let config = one_channel(name);
         let miss = timings(&config).row_miss();
         let at = |row, line| address(&config.standard, 3, row, line);
-        let requests = [read(0, at(0, 0), 32), read(500_000, at(0, 1), 32), read(1_000_000, at(1, 0), 32)];
+        let requests = [read(0, at(0, 0), 32), read(200_000, at(0, 1), 32), read(400_000, at(1, 0), 32)];
         let (ends, dram) = run(&config, &requests);
-        assert_eq!(ends, [miss, 500_000 + hit, 1_000_000 + precharge + miss], "{name}");
+        assert_eq!(ends, [miss, 200_000 + hit, 400_000 + precharge + miss], "{name}");
         let rows = dram.stats().rows;
         assert_eq!((rows.misses, rows.hits, rows.conflicts), (1, 1, 1), "{name}");
     }
@@ -108,7 +108,7 @@ fn a_line_of_two_bursts_takes_one_burst_more_or_a_gap_more_within_a_bank_group()
 }
 
 #[test]
-fn a_stream_of_lines_reaches_the_peak_but_for_refresh() {
+fn a_stream_of_lines_reaches_the_peak_beside_refresh() {
     for (name, mbps) in RATES {
         for channels in [1, 3, 4] {
             let config = config(name, mbps, channels, 32);
@@ -117,7 +117,8 @@ fn a_stream_of_lines_reaches_the_peak_but_for_refresh() {
             let (ends, dram) = run(&config, &requests);
             let seconds = *ends.iter().max().unwrap() as f64 * 1e-12;
             let reached = (lines * 64) as f64 / seconds;
-            let expected = config.bytes_per_second * (1.0 - dram.timings().refresh_share());
+            assert!(dram.stats().refreshes > 0);
+            let expected = config.bytes_per_second;
             assert_within(reached, expected, 0.01, &format!("{name}, {channels} channels"));
         }
     }
@@ -127,12 +128,36 @@ fn a_stream_of_lines_reaches_the_peak_but_for_refresh() {
 fn rows_of_one_bank_follow_each_other_by_the_row_cycle() {
     for (name, _) in RATES {
         let config = one_channel(name);
-        let requests: Vec<_> = (0..50).map(|row| read(0, address(&config.standard, 5, row, 0), 32)).collect();
+        // Few enough to end before the first refresh.
+        let requests: Vec<_> = (0..8).map(|row| read(0, address(&config.standard, 5, row, 0), 32)).collect();
         let (ends, dram) = run(&config, &requests);
         let expected: Vec<_> =
-            (0..50).map(|row| timings(&config).row_miss() + row * timings(&config).rc).collect();
+            (0..8).map(|row| timings(&config).row_miss() + row * timings(&config).rc).collect();
         assert_eq!(ends, expected, "{name}");
-        assert_eq!(dram.stats().rows.conflicts, 49, "{name}");
+        assert_eq!(dram.stats().rows.conflicts, 7, "{name}");
+    }
+}
+
+#[test]
+fn one_bank_loses_the_time_of_its_refreshes() {
+    for (name, _) in RATES {
+        let config = one_channel(name);
+        let standard = &config.standard;
+        let time = timings(&config);
+        let DramTimings { rc, rfc, refi, ccd_l, .. } = time;
+        let count = 60_000;
+        // All of one row: precharge, refresh and activate per interval. A row each: between two rows' cycles.
+        let hits = (count * 2 * ccd_l) as f64 / (1.0 - time.refresh_share());
+        let rows = (count * rc) as f64 / (1.0 - rfc as f64 / refi as f64);
+        for (expected, place) in [(hits, (|at| (0, at % 32)) as fn(u64) -> (u64, u64)), (rows, |at| (at, 0))]
+        {
+            let requests: Vec<_> = (0..count)
+                .map(place)
+                .map(|(row, line)| read(0, address(standard, 5, row, line), 64))
+                .collect();
+            let took = *run(&config, &requests).0.iter().max().unwrap();
+            assert_within(took as f64, expected, 0.01, name);
+        }
     }
 }
 
@@ -141,16 +166,19 @@ fn a_new_row_per_access_over_all_banks_is_bound_by_activates_or_the_bus() {
     for (name, mbps) in RATES {
         for (bytes, slower) in [(32, 1.0), (64, 1.0), (32, 0.25)] {
             let config = config(name, mbps * slower, 1, 32);
-            let DramTimings { rrd, faw, burst, rc, .. } = timings(&config);
+            let DramTimings { rrd, faw, burst, rc, rfc, pbr2act, refi, .. } = timings(&config);
             let banks = u64::from(config.standard.banks_and_groups().0);
             let count = 20_000;
             let requests: Vec<_> = (0..count)
                 .map(|number| read(0, address(&config.standard, number % banks, number / banks, 0), bytes))
                 .collect();
-            let (ends, dram) = run(&config, &requests);
+            let (ends, _) = run(&config, &requests);
             let bus = burst * u64::from(bytes / 32);
-            let bound = rrd.max(faw / 4).max(bus).max(rc / banks);
-            let expected = (count * bound) as f64 / (1.0 - dram.timings().refresh_share());
+            // Refresh takes its time from the banks, and the place of activates, but nothing from the bus.
+            let refi = refi as f64;
+            let by_banks = rc as f64 / banks as f64 / (1.0 - rfc as f64 / refi);
+            let by_activates = rrd.max(faw / 4) as f64 / (1.0 - 8.0 * pbr2act as f64 / refi);
+            let expected = count as f64 * by_banks.max(by_activates).max(bus as f64);
             let took = *ends.iter().max().unwrap() as f64;
             assert_within(took, expected, 0.01, &format!("{name} x {slower}, {bytes} bytes"));
         }
@@ -199,32 +227,50 @@ fn writes_are_drained_together_while_reads_wait_little() {
 }
 
 #[test]
-fn refreshes_come_once_per_interval_and_channel() {
+fn refreshes_come_once_per_interval_bank_and_channel() {
     for (name, mbps) in RATES {
         let config = config(name, mbps, 2, 32);
         let requests: Vec<_> = (0..20_000).map(|line| read(0, line * 64, 64)).collect();
         let (ends, dram) = run(&config, &requests);
         let last = *ends.iter().max().unwrap();
-        let intervals = 2 * (last / dram.timings().refi);
+        // Eight banks, or pairs of banks.
+        let due = 2 * (last / (dram.timings().refi / 8));
         let refreshes = dram.stats().refreshes;
-        assert!(refreshes.abs_diff(intervals) <= 2, "{name}: {refreshes}, {intervals} intervals");
+        assert!(refreshes.abs_diff(due) <= 4, "{name}: {refreshes}, {due} due");
     }
 }
 
 #[test]
-fn a_refresh_delays_a_read_that_meets_it_and_shuts_the_rows() {
+fn a_refresh_delays_a_read_of_its_bank_and_shuts_the_row() {
     let config = one_channel("lpddr4x");
-    let DramTimings { refi, rfc, rp_all, .. } = timings(&config);
+    let DramTimings { refi, rfc, rp, pbr2act, .. } = timings(&config);
+    let (hit, miss) = (timings(&config).row_hit(), timings(&config).row_miss());
+    let of_bank = |at, bank| read(at, address(&config.standard, bank, 0, 0), 32);
+    // Bank 0 is the first to be refreshed.
+    let due = refi / 8;
+    assert_eq!(run(&config, &[of_bank(due + 1, 0)]).0, [due + rfc + miss]);
+    assert_eq!(run(&config, &[of_bank(due + 1, 1)]).0, [due + pbr2act + miss]);
+    // With its row open, after a precharge.
+    let second = |at| run(&config, &[of_bank(0, 0), of_bank(at, 0)]);
+    assert_eq!(second(due + 1).0, [miss, due + rp + rfc + miss]);
+    // Before, a row hit; a round later the row is shut whatever happens.
+    assert_eq!(second(due - 1).0, [miss, due - 1 + hit]);
+    let (ends, dram) = second(refi + due - 1);
+    assert_eq!(ends, [miss, refi + due - 1 + miss]);
+    assert_eq!((dram.stats().rows.hits, dram.stats().rows.misses), (0, 2));
+}
+
+#[test]
+fn banks_are_shut_in_pairs_by_refreshes_of_lpddr5() {
+    let config = one_channel("lpddr5");
+    let DramTimings { refi, rfc, .. } = timings(&config);
     let miss = timings(&config).row_miss();
-    // Rows shut: refresh starts when due. Rows open: after a precharge of all.
-    let (ends, _) = run(&config, &[read(refi, 0, 32)]);
-    assert_eq!(ends, [refi + rfc + miss]);
-    let (ends, _) = run(&config, &[read(0, 0, 32), read(refi, 0, 32)]);
-    assert_eq!(ends, [miss, refi + rp_all + rfc + miss]);
-    // Done before: a row hit. Long after: a row miss, not a hit.
-    let (ends, dram) = run(&config, &[read(0, 0, 32), read(refi - 1, 0, 32), read(2 * refi - 1, 0, 32)]);
-    assert_eq!(ends[1..], [refi - 1 + timings(&config).row_hit(), 2 * refi + rfc + miss]);
-    assert_eq!((dram.stats().rows.hits, dram.stats().rows.misses), (1, 2));
+    let due = refi / 8;
+    for (bank, wait) in [(0, rfc), (2, rfc), (4, 0)] {
+        let later = due + 20_000;
+        let (ends, _) = run(&config, &[read(later, address(&config.standard, bank, 0, 0), 32)]);
+        assert_eq!(ends, [(due + wait).max(later) + miss], "bank {bank}");
+    }
 }
 
 #[test]
@@ -240,7 +286,10 @@ fn row_hits_go_first_and_beat_the_order_of_arrival() {
         // All of row 0, then all of row 1; against a row cycle per request.
         assert_eq!(dram.stats().rows.hits, 22, "{name}");
         let last = |ends: &[u64]| *ends.iter().max().unwrap();
-        assert_eq!(last(&in_turn), timings.row_miss() + 23 * timings.rc, "{name}");
+        // Refreshes of other banks take the place of activates.
+        let in_turn_at_best = timings.row_miss() + 23 * timings.rc;
+        assert!(last(&in_turn) >= in_turn_at_best, "{name}");
+        assert_within(last(&in_turn) as f64, in_turn_at_best as f64, 0.01, name);
         assert!(last(&seen) * 4 < last(&in_turn), "{name}: {} against {}", last(&seen), last(&in_turn));
     }
 }
@@ -275,7 +324,7 @@ fn large_requests_are_cut_and_finish_with_their_last_burst() {
 }
 
 #[test]
-fn more_bandwidth_never_makes_a_stream_slower_from_1_byte_per_second_to_1e16() {
+fn more_bandwidth_makes_no_stream_slower_but_for_the_phase_of_refreshes_from_1_byte_per_second_to_1e16() {
     for standard in DRAM_STANDARDS {
         let mut before = u64::MAX;
         for exponent in 0..=32 {
@@ -290,7 +339,8 @@ fn more_bandwidth_never_makes_a_stream_slower_from_1_byte_per_second_to_1e16() {
                 .collect();
             let (ends, _) = run(&config, &requests);
             let took = *ends.iter().max().unwrap();
-            assert!(took <= before, "{}: 10^({exponent}/2) B/s takes {took}, less {before}", standard.name);
+            let most = before.saturating_add(before / 100);
+            assert!(took <= most, "{}: 10^({exponent}/2) B/s takes {took}, less {before}", standard.name);
             before = took;
         }
     }
@@ -348,13 +398,13 @@ fn the_tally_counts_rows_as_a_memory_that_serves_in_order() {
         let mut tally = RowTally::new(&config).unwrap();
         // Few enough to end before the first refresh.
         let requests: Vec<_> =
-            (0..60u64).map(|number| read(0, number * number * 4096 % (1 << 18), 64)).collect();
+            (0..13u64).map(|number| read(0, number * number * 4096 % (1 << 18), 64)).collect();
         requests.iter().for_each(|request| tally.record(request.address, request.bytes));
         let (ends, dram) = run(&config, &requests);
         assert_eq!(tally.rows(), dram.stats().rows, "{name}");
         assert_eq!(tally.channel_bytes().sum::<u64>(), dram.stats().read_bytes);
         let banks: u64 = tally.bank_rows(0).map(|rows| rows.hits + rows.misses + rows.conflicts).sum();
-        assert_eq!((banks, tally.bank_rows(1).count()), (60, 0));
+        assert_eq!((banks, tally.bank_rows(1).count()), (13, 0));
         assert!(tally.service_ps() <= *ends.iter().max().unwrap());
     }
 }
@@ -377,7 +427,10 @@ fn the_bound_of_the_tally_is_tight_for_streams_rows_of_a_bank_and_rows_of_all_ba
             let took = *run(&config, &requests).0.iter().max().unwrap();
             let bound = tally.service_ps();
             assert!(bound <= took, "{name}, {kind}: bound {bound}, took {took}");
-            assert_within(bound as f64, took as f64, 0.03, &format!("{name}, {kind}"));
+            // Refresh of the bank is not in it.
+            let DramTimings { rfc, refi, .. } = timings(&config);
+            let refreshed = if kind == "stream" { 1.0 } else { 1.0 - rfc as f64 / refi as f64 };
+            assert_within(bound as f64, took as f64 * refreshed, 0.03, &format!("{name}, {kind}"));
         }
     }
 }

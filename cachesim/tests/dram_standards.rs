@@ -46,8 +46,8 @@ fn contradictions_are_refused_with_file_line_key_and_remedy() {
         ("tfaw = { ns = 40", "tfaw = { ns = 9", "timing.tfaw: is 9 ns, less than trrd = 10 ns; raise tfaw"),
         (
             "trefi = { ns = 3904",
-            "trefi = { ns = 319",
-            "timing.trefi: is 319 ns, not more than trp_ab + trfc_ab + trcd = 319 ns",
+            "trefi = { ns = 2240",
+            "timing.trefi: is 2240 ns, not more than trp_pb + trfc_pb + trcd and twice 8 x tpbr2pbr = 2240 ns",
         ),
         ("trcd = { ns = 18", "trcd = { ns = nan", "timing.trcd.ns: is NaN, expected 0 to 1000000; correct"),
         ("trcd = { ns = 18", "trcd = { ns = inf", "timing.trcd.ns: is inf, expected 0 to 1000000; correct"),
@@ -72,6 +72,16 @@ fn contradictions_are_refused_with_file_line_key_and_remedy() {
             "organisation.banks: is 8, expected a multiple of the 3 bank groups",
         ),
         ("banks = { value = 8", "banks = { value = 65", "organisation.banks: is 65, expected 1 to 64"),
+        (
+            "refresh_banks = { value = 1",
+            "refresh_banks = { value = 3",
+            "organisation.refresh_banks: is 3, expected 1 to 2",
+        ),
+        (
+            "refresh_postponed = { value = 8",
+            "refresh_postponed = { value = 9",
+            "controller.refresh_postponed: is 9, expected 0 to 8",
+        ),
         (
             "row_bytes = { value = 2048",
             "row_bytes = { value = 2050",

@@ -40,8 +40,8 @@ pub(super) struct Entry {
 pub(super) enum Action {
     Column,
     Precharge,
-    Activate,
     Refresh,
+    Activate,
 }
 
 /// What a bank would do next for one direction of data, as far as the bank alone decides.
@@ -145,20 +145,9 @@ impl Bank {
         self.may_precharge = self.may_precharge.max(last.saturating_add(recovery));
     }
 
-    /// When all is quiet if a precharge of all banks is wanted at `at`.
-    pub(super) fn quiet(&self, at: u64, timings: &DramTimings) -> u64 {
-        if self.open == SHUT {
-            self.may_activate
-        } else {
-            self.may_activate.max(at.max(self.may_precharge).saturating_add(timings.rp_all))
-        }
-    }
-
-    /// Rows shut and nothing possible before `end`.
-    pub(super) fn refreshed(&mut self, end: u64) {
-        self.open = SHUT;
+    /// Nothing is possible before `end`.
+    pub(super) fn refresh(&mut self, end: u64) {
         self.may_activate = self.may_activate.max(end);
-        self.choose();
     }
 
     fn choose(&mut self) {

@@ -7,10 +7,10 @@ use super::bank::{Action, Candidate};
 pub(super) struct Command {
     pub(super) at: u64,
     pub(super) action: Action,
-    /// Of the entry that it serves; of a refresh its number.
+    /// Of the entry that it serves.
     pub(super) order: u64,
     pub(super) bank: u32,
-    /// Index of the entry in its bank.
+    /// Index of the entry in its bank; none of a refresh, nor of a precharge for it.
     pub(super) entry: u32,
 }
 

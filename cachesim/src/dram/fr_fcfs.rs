@@ -7,18 +7,16 @@
 //! direction; so none starves. Rows stay open until another row of the bank is wanted (open page).
 //!
 //! Each step issues one command at the earliest time that all constraints allow, so there is no stepping
-//! through clocks. The command bus is not modelled. A refresh of all banks falls due at each multiple of
-//! tREFI: it goes before any command that could not be issued before then, and begins when all rows are shut.
-//! Of several that fell due while the channel had nothing to do, or during one burst that lasts longer than
-//! the interval, only the last can delay anything and is timed; all are counted. After a refresh that had to
-//! be waited for, at least one column command is issued before the next.
+//! through clocks. The command bus is not modelled. Refreshes ([`super::refresh`]) are commands like all others; those
+//! that fall due while the channel has nothing to do are issued when it next has.
 
 use std::collections::VecDeque;
 
 use super::address_map::Segment;
-use super::bank::{Action, Bank, Candidate, Direction, Entry, RowNeed};
+use super::bank::{Action, Bank, Candidate, Direction, Entry, RowNeed, SHUT};
 use super::command::{Best, Command, bits};
 use super::ledger::Ledger;
+use super::refresh::{Rounds, Target};
 use super::standard::DramStandard;
 use super::timings::DramTimings;
 use super::{DramConfig, RowCounts};
@@ -27,7 +25,6 @@ use super::{DramConfig, RowCounts};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct ChannelStats {
     pub(super) rows: RowCounts,
-    pub(super) refreshes: u64,
     pub(super) busy: u64,
     pub(super) read_bursts: u64,
     pub(super) write_bursts: u64,
@@ -52,7 +49,7 @@ pub(super) struct Channel {
     waiting: VecDeque<Entry>,
     banks: Vec<Bank>,
     /// By direction and action, the banks with entries that want it, a bit each.
-    active: [[u64; 3]; 2],
+    active: [[u64; 4]; 2],
     /// By direction, what each of those banks would do.
     candidates: [Vec<Candidate>; 2],
     /// No entry was seen earlier.
@@ -64,15 +61,13 @@ pub(super) struct Channel {
     column: [u64; 2],
     /// Earliest column command by bank group and direction.
     group_column: Vec<[u64; 2]>,
-    /// Earliest activate after tRRD.
+    /// Earliest activate or refresh after the last of either.
     activate: u64,
-    /// Times of the last four activates, the oldest at `oldest_activate`.
+    /// Times of the last four activates or refreshes, the oldest at `oldest_activate`.
     activates: [u64; 4],
     oldest_activate: usize,
     any_activates: u8,
-    /// Number of the last refresh; number n falls due at n tREFI.
-    refresh: u64,
-    accessed_since_refresh: bool,
+    refresh: Rounds,
     orders: u64,
     stats: ChannelStats,
     /// What was issued, for [`super::protocol`].
@@ -108,7 +103,7 @@ impl Channel {
             stale: false,
             waiting: VecDeque::new(),
             banks: vec![Bank::new(); organisation.banks as usize],
-            active: [[0; 3]; 2],
+            active: [[0; 4]; 2],
             candidates: [
                 vec![NO_CANDIDATE; organisation.banks as usize],
                 vec![NO_CANDIDATE; organisation.banks as usize],
@@ -122,8 +117,7 @@ impl Channel {
             activates: [0; 4],
             oldest_activate: 0,
             any_activates: 0,
-            refresh: 0,
-            accessed_since_refresh: true,
+            refresh: Rounds::new(config, &timings),
             orders: 0,
             stats: ChannelStats::default(),
             #[cfg(test)]
@@ -133,6 +127,10 @@ impl Channel {
 
     pub(super) fn stats(&self) -> &ChannelStats {
         &self.stats
+    }
+
+    pub(super) fn refreshes(&self) -> u64 {
+        self.refresh.done()
     }
 
     /// Takes an entry at `now`, after all commands before `now`.
@@ -146,6 +144,9 @@ impl Channel {
     ) {
         if now > self.now {
             self.run(now - 1, ledger);
+            if self.seen == [0; 2] {
+                self.rest(now, ledger);
+            }
             self.now = now;
             // Entries may have come of age.
             self.stale = true;
@@ -171,6 +172,20 @@ impl Channel {
     pub(super) fn run(&mut self, until: u64, ledger: &mut Ledger) {
         while let Some(command) = self.command().filter(|command| command.at <= until) {
             self.issue(command, ledger);
+        }
+    }
+
+    /// The refreshes before `until`, while nothing waits.
+    fn rest(&mut self, until: u64, ledger: &mut Ledger) {
+        self.refresh.accessed();
+        self.refresh.skip(self.now, until);
+        #[cfg(test)]
+        self.log.push(super::protocol::Issued::Rest { at: self.now, refreshes: self.refresh.done() });
+        while let Some(command) =
+            self.refresh.target(0).map(|target| self.refresh_command(&target)).filter(|next| next.at < until)
+        {
+            self.issue(command, ledger);
+            self.refresh.accessed();
         }
     }
 
@@ -209,11 +224,33 @@ impl Channel {
 
     fn plan(&mut self) -> Option<Command> {
         let direction = self.direction();
-        if let Some(aged) = self.aged() {
-            return self.plan_with_aged(direction, aged);
+        let aged = self.aged();
+        let first = match aged {
+            None => self.plan_access(direction),
+            Some(_) => self.plan_by_bank(direction, aged, None),
+        }?;
+        let used = first.at.saturating_add(self.timings.rcd);
+        if used < self.refresh.due() {
+            return Some(first);
         }
+        match self.refresh.target(self.wanted()).filter(|target| used >= target.from) {
+            None => Some(first),
+            Some(target) if target.held_up && target.banks >> first.bank & 1 == 1 => {
+                self.plan_by_bank(direction, aged, Some(&target))
+            }
+            Some(target) => Some(first.min(self.refresh_command(&target))),
+        }
+    }
+
+    /// The banks with entries.
+    fn wanted(&self) -> u64 {
+        self.active.iter().flatten().fold(0, |all, banks| all | banks)
+    }
+
+    /// The next command, but for refresh and the age cap.
+    fn plan_access(&self, direction: Direction) -> Option<Command> {
         let side = direction as usize;
-        let [columns, precharges, activates] = self.active[side];
+        let [columns, precharges, _, activates] = self.active[side];
         let mut best = Best(None);
         for bank in bits(columns) {
             let candidate = &self.candidates[side][bank as usize];
@@ -229,30 +266,57 @@ impl Channel {
         if best.later_than(gate) {
             for bank in bits(activates) {
                 let candidate = &self.candidates[side][bank as usize];
-                best.offer(self.activate_at(candidate.ready.max(gate)), bank, candidate);
+                best.offer(candidate.ready.max(gate), bank, candidate);
             }
         }
-        best.0.map(|command| self.after_refresh(command))
+        best.0
     }
 
-    /// As [`Self::plan`], where the oldest entry of some bank is past the age cap.
+    /// As [`Self::plan_access`], where the oldest entry of some bank is past the age cap `aged`, or the banks of a refresh
+    /// are held up.
     #[cold]
-    fn plan_with_aged(&self, direction: Direction, aged: u64) -> Option<Command> {
+    fn plan_by_bank(
+        &self,
+        direction: Direction,
+        aged: Option<u64>,
+        held_up: Option<&Target>,
+    ) -> Option<Command> {
         let side = direction as usize;
-        let mut best = Best(None);
+        let mut best = Best(held_up.map(|target| self.refresh_command(target)));
         for (bank, held) in (0..).zip(&self.banks) {
             let candidate = match held.entries.first() {
-                Some(head) if head.seen <= aged => {
+                Some(head) if aged.is_some_and(|aged| head.seen <= aged) => {
                     (head.direction == direction).then(|| held.candidate_for(0))
                 }
                 _ => held.candidate(direction),
             };
-            if let Some(candidate) = candidate {
-                let at = self.earliest(&candidate, bank, side);
+            let Some(candidate) = candidate else { continue };
+            let at = self.earliest(&candidate, bank, side);
+            // A row that could not be used before the refresh is opened after it.
+            let used = match candidate.action {
+                Action::Activate => at.saturating_add(self.timings.rcd),
+                _ => at,
+            };
+            if held_up.is_none_or(|target| target.banks >> bank & 1 == 0 || used < target.from) {
                 best.offer(at, bank, &candidate);
             }
         }
-        best.0.map(|command| self.after_refresh(command))
+        best.0
+    }
+
+    /// The refresh of these banks, or the precharge of one before it.
+    fn refresh_command(&self, target: &Target) -> Command {
+        let mut at = target.from.max(self.activate_gate());
+        for bank in bits(target.banks) {
+            let held = &self.banks[bank as usize];
+            if held.open != SHUT {
+                let at = held.may_precharge.max(target.from).max(self.now);
+                return Command { at, action: Action::Precharge, order: 0, bank, entry: u32::MAX };
+            }
+            at = at.max(held.may_activate);
+        }
+        let bank = target.banks.trailing_zeros();
+        Command { at, action: Action::Refresh, order: 0, bank, entry: u32::MAX }
     }
 
     /// When the channel as a whole allows it.
@@ -260,8 +324,8 @@ impl Channel {
     fn earliest(&self, candidate: &Candidate, bank: u32, side: usize) -> u64 {
         match candidate.action {
             Action::Column => self.column_at(candidate.ready, bank, side),
-            Action::Activate => self.activate_at(candidate.ready.max(self.activate_gate())),
-            Action::Precharge | Action::Refresh => candidate.ready.max(self.now),
+            Action::Activate | Action::Refresh => candidate.ready.max(self.activate_gate()),
+            Action::Precharge => candidate.ready.max(self.now),
         }
     }
 
@@ -271,7 +335,7 @@ impl Channel {
         ready.max(self.column[side]).max(group[side]).max(self.now)
     }
 
-    /// Before it no bank activates.
+    /// Before it no bank is activated or refreshed.
     #[inline]
     fn activate_gate(&self) -> u64 {
         let gate = self.activate.max(self.now);
@@ -279,13 +343,6 @@ impl Channel {
             4 => gate.max(self.activates[self.oldest_activate].saturating_add(self.timings.faw)),
             _ => gate,
         }
-    }
-
-    /// A row that could not be used before the refresh is opened after it.
-    #[inline]
-    fn activate_at(&self, at: u64) -> u64 {
-        let due = self.next_refresh();
-        if at.saturating_add(self.timings.rcd) < due { at } else { at.max(due) }
     }
 
     /// Entries seen by this time are past the age cap; `None` if there is none.
@@ -296,24 +353,6 @@ impl Channel {
             self.oldest_seen = heads.map(|entry| entry.seen).min().unwrap_or(u64::MAX);
         }
         (self.oldest_seen <= aged).then_some(aged)
-    }
-
-    /// When the next refresh falls due; it may lie in the past.
-    fn next_refresh(&self) -> u64 {
-        match self.accessed_since_refresh {
-            true => (self.refresh + 1).saturating_mul(self.timings.refi),
-            false => u64::MAX,
-        }
-    }
-
-    /// A refresh instead of `command` if one falls due before it.
-    fn after_refresh(&self, command: Command) -> Command {
-        let number = command.at / self.timings.refi;
-        if number <= self.refresh || !self.accessed_since_refresh {
-            return command;
-        }
-        let at = self.now.max(number.saturating_mul(self.timings.refi));
-        Command { at, action: Action::Refresh, order: number, bank: 0, entry: 0 }
     }
 
     fn direction(&mut self) -> Direction {
@@ -351,7 +390,10 @@ impl Channel {
         match action {
             Action::Column => self.access(at, bank, index, ledger),
             Action::Precharge => {
-                held.entries[index].need = RowNeed::PrechargeAndActivate;
+                match held.entries.get_mut(index) {
+                    Some(entry) => entry.need = RowNeed::PrechargeAndActivate,
+                    None => self.refresh.choose(bank),
+                }
                 held.precharge(at, &self.timings);
                 self.update(bank);
             }
@@ -362,13 +404,10 @@ impl Channel {
                 }
                 let row = entry.row;
                 held.activate(at, row, &self.timings);
-                self.activate = at.saturating_add(self.timings.rrd);
-                self.activates[self.oldest_activate] = at;
-                self.oldest_activate = (self.oldest_activate + 1) % 4;
-                self.any_activates = (self.any_activates + 1).min(4);
+                self.activated(at, self.timings.rrd);
                 self.update(bank);
             }
-            Action::Refresh => self.refresh(command.order),
+            Action::Refresh => self.refresh(at, bank),
         }
     }
 
@@ -400,7 +439,7 @@ impl Channel {
         group[same] = later(ccd_l);
         group[other] = group[other].max(later(turn_same_group));
 
-        self.accessed_since_refresh = true;
+        self.refresh.accessed();
         self.stats.busy = self.stats.busy.saturating_add(burst.saturating_mul(u64::from(bursts)));
         match direction {
             Direction::Read => self.stats.read_bursts += u64::from(bursts),
@@ -419,17 +458,24 @@ impl Channel {
         }
     }
 
-    fn refresh(&mut self, number: u64) {
-        let due = number.saturating_mul(self.timings.refi);
-        let quiet = self.banks.iter().map(|bank| bank.quiet(due, &self.timings)).max();
-        let end = quiet.unwrap_or(0).max(due).saturating_add(self.timings.rfc);
-        self.banks.iter_mut().for_each(|bank| bank.refreshed(end));
-        (0..self.banks.len() as u32).for_each(|bank| self.update(bank));
+    /// A bank was activated or refreshed, and `wait` keeps others from either.
+    fn activated(&mut self, at: u64, wait: u64) {
+        self.activate = at.saturating_add(wait);
+        self.activates[self.oldest_activate] = at;
+        self.oldest_activate = (self.oldest_activate + 1) % 4;
+        self.any_activates = (self.any_activates + 1).min(4);
+    }
+
+    /// Of the banks that `first` stands for.
+    fn refresh(&mut self, at: u64, first: u32) {
+        let banks = self.refresh.banks(first);
+        self.refresh.refreshed(at, banks, &self.timings);
+        for bank in bits(banks) {
+            self.banks[bank as usize].refresh(at.saturating_add(self.timings.rfc));
+            self.update(bank);
+        }
+        self.activated(at, self.timings.pbr2act);
         #[cfg(test)]
-        self.log.push(super::protocol::Issued::Refresh { start: end - self.timings.rfc, end });
-        self.stats.refreshes += number - self.refresh;
-        self.refresh = number;
-        // One that ended while nothing waited has kept nobody from an access.
-        self.accessed_since_refresh = end <= self.now;
+        self.log.push(super::protocol::Issued::Refresh { at, banks, number: self.refresh.done() });
     }
 }

@@ -29,6 +29,7 @@ mod ledger;
 mod miss_trace;
 #[cfg(test)]
 mod protocol;
+mod refresh;
 mod row_tally;
 mod sourced;
 mod standard;
@@ -161,7 +162,7 @@ pub struct DramStats {
     pub written_bytes: u64,
     /// How the rows of finished accesses were found.
     pub rows: RowCounts,
-    /// Refreshes that fell due before the last command of their channel, of all channels.
+    /// Refresh commands issued before the last request of their channel was served, of all channels.
     pub refreshes: u64,
     /// Per channel, the time in which data was on the bus.
     pub busy_ps: Vec<u64>,
@@ -240,9 +241,10 @@ impl Dram {
         let [reads, writes] = self.ledger.submitted;
         let mut stats =
             DramStats { reads, writes, read_latency_ps: self.ledger.read_latency, ..DramStats::default() };
-        for channel in self.channels.iter().map(Channel::stats) {
+        for channel in &self.channels {
+            stats.refreshes += channel.refreshes();
+            let channel = channel.stats();
             stats.rows.add(&channel.rows);
-            stats.refreshes += channel.refreshes;
             stats.read_bytes += channel.read_bursts * self.burst_bytes;
             stats.written_bytes += channel.write_bursts * self.burst_bytes;
             stats.busy_ps.push(channel.busy);

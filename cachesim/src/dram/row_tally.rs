@@ -81,13 +81,12 @@ impl RowTally {
 
     /// A lower bound on the time that a memory needs for what was seen, all of it waiting from the start and
     /// each bank's part taken in order: the longest, over the channels, of data on the bus, of the row cycles
-    /// of one bank, and of the activates of all banks at four per tFAW and one per tRRD; with refresh on top.
+    /// of one bank, and of the activates of all banks at four per tFAW and one per tRRD. Refresh is left out: it goes on
+    /// beside other banks, and may be postponed.
     #[must_use]
     pub fn service_ps(&self) -> u64 {
         let times = self.channels.iter().map(|channel| channel.service_ps(&self.timings));
-        let busy = times.max().unwrap_or(0);
-        let between = self.timings.refi.saturating_sub(self.timings.rfc).max(1);
-        busy.saturating_add((busy / between).saturating_mul(self.timings.rfc))
+        times.max().unwrap_or(0)
     }
 }
 

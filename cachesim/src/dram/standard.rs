@@ -45,11 +45,19 @@ pub(super) struct Organisation {
     pub(super) banks: u32,
     pub(super) bank_groups: u32,
     pub(super) row_bytes: u64,
+    pub(super) refresh_banks: u32,
 }
 
 impl Organisation {
     pub(super) fn burst_bytes(&self) -> u64 {
         u64::from(self.width_bits / 8 * self.burst_length)
+    }
+
+    /// How many banks further the other bank of a pair is that is refreshed together: where the upper bit of its group
+    /// differs, or of its number where there is one group. 0 where each bank is refreshed alone.
+    pub(super) fn refresh_partner(&self) -> u32 {
+        let upper_half = if self.bank_groups > 1 { self.bank_groups } else { self.banks } / 2;
+        if self.refresh_banks == 2 { upper_half } else { 0 }
     }
 }
 
@@ -65,7 +73,6 @@ pub(super) struct Wait {
 pub(super) struct Waits {
     pub(super) rcd: Wait,
     pub(super) rp_pb: Wait,
-    pub(super) rp_ab: Wait,
     pub(super) ras: Wait,
     pub(super) rc: Wait,
     pub(super) rrd: Wait,
@@ -77,7 +84,9 @@ pub(super) struct Waits {
     pub(super) ccd_l: Wait,
     pub(super) read_strobe: Wait,
     pub(super) write_preamble: Wait,
-    pub(super) rfc_ab: Wait,
+    pub(super) rfc_pb: Wait,
+    pub(super) pbr2pbr: Wait,
+    pub(super) pbr2act: Wait,
     pub(super) refi: Wait,
 }
 
@@ -97,6 +106,7 @@ pub(super) struct Controller {
     pub(super) write_high: f64,
     pub(super) write_low: f64,
     pub(super) age_cap_ns: f64,
+    pub(super) refresh_postponed: u32,
 }
 
 #[derive(Deserialize)]
@@ -119,6 +129,7 @@ struct RawOrganisation {
     banks: Figure<u32>,
     bank_groups: Figure<u32>,
     row_bytes: Figure<u64>,
+    refresh_banks: Figure<u32>,
 }
 
 #[derive(Deserialize)]
@@ -126,7 +137,6 @@ struct RawOrganisation {
 struct RawTiming {
     trcd: Timing,
     trp_pb: Timing,
-    trp_ab: Timing,
     tras: Timing,
     trc: Timing,
     trrd: Timing,
@@ -138,7 +148,9 @@ struct RawTiming {
     tccd_l: Timing,
     read_strobe: Timing,
     write_preamble: Timing,
-    trfc_ab: Timing,
+    trfc_pb: Timing,
+    tpbr2pbr: Timing,
+    tpbr2act: Timing,
     trefi: Timing,
 }
 
@@ -162,6 +174,7 @@ struct RawController {
     write_high: Figure<f64>,
     write_low: Figure<f64>,
     age_cap_ns: Figure<f64>,
+    refresh_postponed: Figure<u32>,
 }
 
 impl DramStandard {
@@ -178,7 +191,7 @@ impl DramStandard {
         }
         let organisation = raw.organisation.check(&file)?;
         Ok(Self {
-            waits: raw.timing.check(&file)?,
+            waits: raw.timing.check(&file, &organisation)?,
             speeds: speeds(&file, &raw.speed, &raw.name)?,
             controller: raw.controller.check(&file, &organisation)?,
             organisation,
@@ -250,6 +263,7 @@ impl RawOrganisation {
             banks: file.within("organisation.banks", &self.banks, 1..=64)?,
             bank_groups: file.within("organisation.bank_groups", &self.bank_groups, 1..=64)?,
             row_bytes: file.within("organisation.row_bytes", &self.row_bytes, 8..=1 << 20)?,
+            refresh_banks: file.within("organisation.refresh_banks", &self.refresh_banks, 1..=2)?,
         };
         let refuse = |key: &str, span, problem: String, remedy: &str| {
             Err(file.refuse(&format!("organisation.{key}"), &span, problem, remedy))
@@ -271,6 +285,13 @@ impl RawOrganisation {
                 format!("is {}, expected a multiple of the {} bank groups", found.banks, found.bank_groups);
             return refuse("banks", self.banks.value.span(), problem, "change banks or bank_groups");
         }
+        let paired = if found.bank_groups > 1 { found.bank_groups } else { found.banks };
+        if !paired.is_multiple_of(found.refresh_banks) {
+            let problem =
+                format!("is 2, but {} banks in {} groups make no pairs", found.banks, found.bank_groups);
+            let remedy = "give 1, or an even number of groups, or of banks in one group";
+            return refuse("refresh_banks", self.refresh_banks.value.span(), problem, remedy);
+        }
         if !found.row_bytes.is_multiple_of(found.burst_bytes()) {
             let problem =
                 format!("is {}, expected a multiple of a burst's {}", found.row_bytes, found.burst_bytes());
@@ -282,12 +303,11 @@ impl RawOrganisation {
 }
 
 impl RawTiming {
-    fn check(&self, file: &File<'_>) -> Result<Waits, Error> {
+    fn check(&self, file: &File<'_>, organisation: &Organisation) -> Result<Waits, Error> {
         let timing = |key: &str, timing| file.timing(&format!("timing.{key}"), timing);
         let waits = Waits {
             rcd: timing("trcd", &self.trcd)?,
             rp_pb: timing("trp_pb", &self.trp_pb)?,
-            rp_ab: timing("trp_ab", &self.trp_ab)?,
             ras: timing("tras", &self.tras)?,
             rc: timing("trc", &self.trc)?,
             rrd: timing("trrd", &self.trrd)?,
@@ -299,7 +319,9 @@ impl RawTiming {
             ccd_l: timing("tccd_l", &self.tccd_l)?,
             read_strobe: timing("read_strobe", &self.read_strobe)?,
             write_preamble: timing("write_preamble", &self.write_preamble)?,
-            rfc_ab: timing("trfc_ab", &self.trfc_ab)?,
+            rfc_pb: timing("trfc_pb", &self.trfc_pb)?,
+            pbr2pbr: timing("tpbr2pbr", &self.tpbr2pbr)?,
+            pbr2act: timing("tpbr2act", &self.tpbr2act)?,
             refi: timing("trefi", &self.trefi)?,
         };
         let refuse = |key: &str, at: &Timing, problem: String, remedy: &str| {
@@ -318,11 +340,14 @@ impl RawTiming {
             let problem = format!("is {} ns, less than trrd = {} ns", waits.faw.ns, waits.rrd.ns);
             return refuse("tfaw", &self.tfaw, problem, "raise tfaw or lower trrd");
         }
-        let busy = waits.rp_ab.ns + waits.rfc_ab.ns + waits.rcd.ns;
+        let commands = f64::from(organisation.banks / organisation.refresh_banks);
+        let busy = (waits.rp_pb.ns + waits.rfc_pb.ns + waits.rcd.ns).max(2.0 * commands * waits.pbr2pbr.ns);
         if waits.refi.ns <= busy {
-            let problem =
-                format!("is {} ns, not more than trp_ab + trfc_ab + trcd = {busy} ns", waits.refi.ns);
-            return refuse("trefi", &self.trefi, problem, "raise trefi or lower trfc_ab");
+            let problem = format!(
+                "is {} ns, not more than trp_pb + trfc_pb + trcd and twice {commands} x tpbr2pbr = {busy} ns",
+                waits.refi.ns
+            );
+            return refuse("trefi", &self.trefi, problem, "raise trefi, or lower trfc_pb or tpbr2pbr");
         }
         Ok(waits)
     }
@@ -359,6 +384,7 @@ impl RawController {
             write_high: file.within("controller.write_high", &self.write_high, 0.0..=1.0)?,
             write_low: file.within("controller.write_low", &self.write_low, 0.0..=1.0)?,
             age_cap_ns: file.within("controller.age_cap_ns", &self.age_cap_ns, 0.0..=1e9)?,
+            refresh_postponed: file.within("controller.refresh_postponed", &self.refresh_postponed, 0..=8)?,
         };
         let refuse = |key: &str, span, problem: String, remedy: &str| {
             Err(file.refuse(&format!("controller.{key}"), &span, problem, remedy))

@@ -6,7 +6,8 @@ use super::standard::{DramStandard, Speed, Wait};
 /// A data rate is written rounded (4267 for 4266.67), so an entry of the latency table reaches this much more.
 const RATE_TOLERANCE: f64 = 1.005;
 
-/// The waits of one channel in picoseconds, each a whole number of command clocks but for refresh.
+/// The waits of one channel in picoseconds, each a whole number of command clocks but for
+/// the interval of refresh.
 ///
 /// Saturates at `u64::MAX` where a legal but absurd bandwidth would overflow, and is never 0 for a burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,10 +22,8 @@ pub struct DramTimings {
     pub write_latency: u64,
     /// Activate to column command of the bank.
     pub rcd: u64,
-    /// Precharge of one bank to its activate.
+    /// Precharge of a bank to its activate or refresh.
     pub rp: u64,
-    /// Precharge of all banks to refresh.
-    pub rp_all: u64,
     /// Activate to precharge of the bank.
     pub ras: u64,
     /// Activate to activate of the bank, at least `ras + rp`.
@@ -47,9 +46,13 @@ pub struct DramTimings {
     pub write_to_read_s: u64,
     /// Write command to read command in the same bank group.
     pub write_to_read_l: u64,
-    /// Refresh of all banks.
+    /// Refresh of a bank to its activate (tRFCpb).
     pub rfc: u64,
-    /// Interval between refreshes.
+    /// Refresh of a bank to refresh of others.
+    pub pbr2pbr: u64,
+    /// Refresh of a bank to activate of another.
+    pub pbr2act: u64,
+    /// Average interval between refreshes of a bank.
     pub refi: u64,
 }
 
@@ -81,7 +84,6 @@ impl DramTimings {
             write_latency: ps(write),
             rcd: ps(whole(waits.rcd)),
             rp,
-            rp_all: ps(whole(waits.rp_ab)),
             ras,
             rc: ps(whole(waits.rc)).max(ras.saturating_add(rp)),
             rrd: ps(whole(waits.rrd)),
@@ -93,7 +95,9 @@ impl DramTimings {
             read_to_write: read_to_write.max(burst_ps),
             write_to_read_s: ps(write + burst + whole(waits.wtr_s)),
             write_to_read_l: ps(write + burst + whole(waits.wtr_l)),
-            rfc: ps(waits.rfc_ab.ns * 1e3),
+            rfc: ps(whole(waits.rfc_pb)),
+            pbr2pbr: ps(whole(waits.pbr2pbr)),
+            pbr2act: ps(whole(waits.pbr2act)),
             refi: ps(waits.refi.ns * 1e3),
         }
     }
@@ -103,6 +107,12 @@ impl DramTimings {
     #[must_use]
     pub fn row_miss(&self) -> u64 {
         self.rcd.saturating_add(self.row_hit())
+    }
+
+    /// As [`Self::row_miss`], for several bursts of one row.
+    #[must_use]
+    pub fn row_miss_of(&self, bursts: u64) -> u64 {
+        self.row_miss().saturating_add(bursts.saturating_sub(1).saturating_mul(self.ccd_l))
     }
 
     /// As [`Self::row_miss`], with another row of the bank open and long used.
@@ -117,11 +127,11 @@ impl DramTimings {
         self.read_latency.saturating_add(self.burst)
     }
 
-    /// The share of time in which refresh keeps all rows shut: precharge, refresh and reopening per interval.
-    /// At bandwidths so small that a clock lasts longer than the interval, 1.
+    /// The share of time that refresh takes from a bank whose row is in use all the time: precharge, refresh and
+    /// reopening per interval. At bandwidths so small that a clock lasts longer than the interval, 1.
     #[must_use]
     pub fn refresh_share(&self) -> f64 {
-        let shut = self.rp_all as f64 + self.rfc as f64 + self.rcd as f64;
+        let shut = self.rp as f64 + self.rfc as f64 + self.rcd as f64;
         (shut / self.refi as f64).min(1.0)
     }
 }

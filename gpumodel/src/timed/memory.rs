@@ -52,7 +52,7 @@ pub(super) struct Memory {
     fabric_free: f64,
     walk_cycles: f64,
     fabric_cycles_per_byte: f64,
-    /// Cycles of the way there and back, without what the memory itself takes.
+    /// Cycles of the way there and back, without what the memory itself takes for a line of a shut row.
     fabric_latency: f64,
     dram: Dram,
     cycles_per_ps: f64,
@@ -153,10 +153,12 @@ impl Memory {
         paths: KindPaths,
         places: Places,
     ) -> Result<Self, Error> {
-        let dram = gpu.dram.simulated().and_then(|config| Dram::new(&config));
-        let dram = dram.map_err(|error| refused(gpu, &error))?;
+        let config = gpu.dram.simulated().map_err(|error| refused(gpu, &error))?;
+        let dram = Dram::new(&config).map_err(|error| refused(gpu, &error))?;
         let cycles_per_ps = gpu.clock.hz * 1e-12;
-        let idle = dram.timings().row_miss() as f64 * cycles_per_ps;
+        let line_bytes = gpu.caches.iter().map(|cache| cache.line_bytes).max().unwrap_or(0);
+        let bursts = line_bytes.div_ceil(config.standard.burst_bytes());
+        let idle = dram.timings().row_miss_of(bursts) as f64 * cycles_per_ps;
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
             let path = paths.of(kind, write);
