@@ -3,6 +3,15 @@
 /// The most levels a description may have, and so the longest path.
 pub const MAX_LEVELS: usize = 8;
 
+/// Which accesses of a run missed where, by their places in the run, in order; once for each miss that one caused.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Missed {
+    /// By position on the path.
+    pub levels: [Vec<u32>; MAX_LEVELS],
+    /// Once for each line or sector read from memory.
+    pub memory: Vec<u32>,
+}
+
 /// Totals of one level, summed over its private copies.
 ///
 /// An access is one touch of one line, or of one sector where the level has sectors. Write-backs and

@@ -2,7 +2,7 @@
 
 use crate::address::{Access, LineId, LineSize};
 use crate::config::{Levels, WriteMiss, WritePolicy};
-use crate::counts::{LevelCounts, MAX_LEVELS, MemoryCounts, MemoryRequest, Served};
+use crate::counts::{LevelCounts, MemoryCounts, MemoryRequest, Missed, Served};
 use crate::engine::Engine;
 use crate::error::{Error, Place};
 use crate::isa::Isa;
@@ -124,8 +124,7 @@ impl Hierarchy {
     }
 
     /// As [`Self::access`], for accesses of several classes in one go: `classes[i]` is that of `accesses[i]`, and what the accesses of
-    /// class `c` cause is added to `served[c]`, and to `missed[p]` the places in `accesses` of those that missed at position `p` of the
-    /// path, in order. A dirty line's way down counts for the access that evicts it.
+    /// class `c` cause is added to `served[c]`, and to `missed` which of `accesses` missed where. A dirty line's way down counts for the access that evicts it.
     ///
     /// # Panics
     /// As [`Self::read`]; or if there are not as many classes as accesses, or `served` has no place for one of them.
@@ -136,7 +135,7 @@ impl Hierarchy {
         accesses: &[Access],
         classes: &[u8],
         served: &mut [Served],
-        missed: &mut [Vec<u32>; MAX_LEVELS],
+        missed: &mut Missed,
     ) {
         assert_eq!(accesses.len(), classes.len(), "every access has a class");
         self.run(path, unit, accesses, Access::parts, &mut ByClass::new(classes, served, missed));

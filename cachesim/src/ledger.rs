@@ -1,6 +1,6 @@
 //! Who hears what a run caused.
 
-use crate::counts::{LevelServed, MAX_LEVELS, MemoryCounts, MemoryRequest, Served};
+use crate::counts::{LevelServed, MemoryCounts, MemoryRequest, Missed, Served};
 use crate::word::Word;
 use std::ops::Range;
 
@@ -61,26 +61,13 @@ pub(crate) struct ByClass<'a> {
     causes: Vec<u32>,
     next: Vec<u32>,
     served: &'a mut [Served],
-    missed: &'a mut [Vec<u32>; MAX_LEVELS],
+    missed: &'a mut Missed,
 }
 
 impl<'a> ByClass<'a> {
-    /// `classes` are those of all accesses; what class `c` causes is added to `served[c]`, and to `missed[p]` which accesses missed
-    /// at position `p` of the path, in order.
-    pub(crate) fn new(
-        classes: &'a [u8],
-        served: &'a mut [Served],
-        missed: &'a mut [Vec<u32>; MAX_LEVELS],
-    ) -> Self {
-        Self {
-            classes,
-            entered: 0..0,
-            at_entry: true,
-            causes: Vec::new(),
-            next: Vec::new(),
-            served,
-            missed,
-        }
+    /// `classes` are those of all accesses; what class `c` causes is added to `served[c]`.
+    pub(crate) fn new(classes: &'a [u8], served: &'a mut [Served], missed: &'a mut Missed) -> Self {
+        Self { classes, entered: 0..0, at_entry: true, causes: Vec::new(), next: Vec::new(), served, missed }
     }
 
     /// The access that caused a request on its way.
@@ -111,7 +98,7 @@ impl Ledger for ByClass<'_> {
         for &request in trail.missed {
             let cause = self.cause(request);
             self.served[usize::from(self.classes[cause as usize])].levels[position].misses += 1;
-            self.missed[position].push(cause);
+            self.missed.levels[position].push(cause);
         }
         let mut next = std::mem::take(&mut self.next);
         next.clear();
@@ -128,6 +115,9 @@ impl Ledger for ByClass<'_> {
 
     fn memory<W: Word>(&mut self, requests: &[W], granule_bytes: u64, _walks: &[bool]) {
         for (request, &cause) in requests.iter().zip(&self.causes) {
+            if !request.flagged() {
+                self.missed.memory.push(cause);
+            }
             let class = self.classes[cause as usize];
             self.served[usize::from(class)].memory.add(&memory_traffic(&[*request], granule_bytes));
         }

@@ -61,7 +61,9 @@ pub use addresses::{AddressFormat, AddressReader, MAX_ACCESS_BYTES};
 pub use config::{
     LevelConfig, Levels, MAX_COPIES, MAX_LINES, MAX_SECTORS, MAX_WAYS, Policy, Ways, WriteMiss, WritePolicy,
 };
-pub use counts::{LevelCounts, LevelServed, MAX_LEVELS, MemoryCounts, MemoryRequest, MissClasses, Served};
+pub use counts::{
+    LevelCounts, LevelServed, MAX_LEVELS, MemoryCounts, MemoryRequest, MissClasses, Missed, Served,
+};
 pub use dram::{
     BuiltinDram, DRAM_STANDARDS, Done, Dram, DramConfig, DramStandard, DramStats, DramTag, DramTimings,
     MAX_CHANNELS, MAX_QUEUE, MissTraceFormat, MissTraceWriter, RowCounts, RowTally,

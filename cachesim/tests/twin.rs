@@ -4,8 +4,8 @@
 mod naive;
 
 use cachesim::{
-    Access, Bytes, Hierarchy, Isa, LevelConfig, Levels, LineId, LineSize, Policy, Served, Ways, WriteMiss,
-    WritePolicy,
+    Access, Bytes, Hierarchy, Isa, LevelConfig, Levels, LineId, LineSize, Missed, Policy, Served, Ways,
+    WriteMiss, WritePolicy,
 };
 use naive::Naive;
 use proptest::prelude::*;
@@ -140,11 +140,19 @@ proptest! {
             let unit = unit % levels.units();
             let run: Vec<Access> =
                 run.iter().filter(|access| far || access.line().get() < 1000).copied().collect();
-            for (access, &class) in run.iter().zip(&classes) {
-                add(&mut expected[usize::from(class)], twin.run(unit, std::slice::from_ref(access)));
+            let mut expected_missed = Missed::default();
+            for ((access, &class), place) in run.iter().zip(&classes).zip(0..) {
+                let served = twin.run(unit, std::slice::from_ref(access));
+                for (missed, level) in expected_missed.levels.iter_mut().zip(served.levels) {
+                    missed.extend((0..level.misses).map(|_| place));
+                }
+                expected_missed.memory.extend((0..served.memory.reads).map(|_| place));
+                add(&mut expected[usize::from(class)], served);
             }
             for (hierarchy, path, served) in &mut fast {
-                hierarchy.access_by_class(*path, unit, &run, &classes[..run.len()], served);
+                let mut missed = Missed::default();
+                hierarchy.access_by_class(*path, unit, &run, &classes[..run.len()], served, &mut missed);
+                prop_assert_eq!(&missed, &expected_missed);
             }
         }
         for ((_, _, served), isa) in fast.iter().zip(&machines) {

@@ -1,5 +1,7 @@
 //! The crate's error.
 
+use crate::config::Gpu;
+
 /// Why a configuration was refused or a trace could not be replayed. Messages name the file, the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -48,4 +50,17 @@ pub enum Error {
     /// The trace could not be read or made.
     #[error(transparent)]
     Source(#[from] tracer::Error),
+}
+
+impl Error {
+    /// The memory of `gpu` cannot be as described.
+    pub(crate) fn dram(gpu: &Gpu, error: &cachesim::Error) -> Self {
+        Self::Config {
+            file: gpu.name().to_owned(),
+            line: None,
+            key: "dram: ".to_owned(),
+            problem: error.to_string(),
+            remedy: "correct [dram]".to_owned(),
+        }
+    }
 }

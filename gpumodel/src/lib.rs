@@ -18,6 +18,7 @@ mod layout;
 #[cfg(test)]
 mod mock;
 pub mod queueing;
+mod random;
 mod replay;
 mod schedule;
 mod timed;

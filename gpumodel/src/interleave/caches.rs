@@ -3,10 +3,12 @@
 use super::KindPaths;
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, WaitCounters};
+use crate::error::Error;
 use crate::layout::{BufferKind, Places};
+use crate::random::fraction;
 use crate::warp::Run;
 use crate::windows::Seen;
-use cachesim::{Access, Hierarchy, LevelServed, LineId, MAX_LEVELS, PathId, Policy, Served};
+use cachesim::{Access, Hierarchy, LevelServed, LineId, MAX_LEVELS, Missed, PathId, Policy, Served};
 
 /// How runs of one key reach the caches.
 #[derive(Clone, Copy)]
@@ -23,20 +25,37 @@ struct Route {
     private: (u32, u32),
     /// Cycles from a request to its data in the first cache.
     latency: f64,
-    /// By position on the path, cycles by which a miss there delays the data.
-    beyond: [f64; MAX_LEVELS],
+    beyond: Beyond,
+}
+
+/// By how many cycles a miss delays the data.
+#[derive(Clone, Copy)]
+struct Beyond {
+    /// By position on the path.
+    cycles: [f64; MAX_LEVELS],
+    /// The position from which memory is next.
+    last: usize,
 }
 
 /// A turn whose accesses have been gathered.
 struct GatheredTurn {
     /// Where they end.
     end: u32,
-    resident: u32,
+    warp: Resident,
+}
+
+/// A warp on a core.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Resident {
+    /// Its slot, counted over all cores.
+    pub(super) place: u32,
+    /// Its number in the order of issue.
+    pub(super) number: u32,
 }
 
 /// Data that a resident warp waits for were not in a cache.
 pub(super) struct Delay {
-    pub(super) resident: u32,
+    pub(super) place: u32,
     pub(super) cycles: f64,
 }
 
@@ -51,14 +70,20 @@ pub(super) struct Caches {
     gathered: usize,
     pending_path: PathId,
     pending_core: u32,
-    /// As [`Route::beyond`].
-    pending_beyond: [f64; MAX_LEVELS],
+    pending_beyond: Beyond,
     /// The turns of these; the latest may go on.
     pending_turns: Vec<GatheredTurn>,
     /// Whose turn is the latest.
-    issuing: u32,
-    /// By position on the path, which of them missed.
-    missed: [Vec<u32>; MAX_LEVELS],
+    issuing: Resident,
+    /// Which of them missed where.
+    missed: Missed,
+    /// Lines that each warp read from memory, by its number; empty where no maps are kept.
+    pub(super) lines_from_memory: Vec<u32>,
+    /// So much earlier or later than from a bank without an open row come data from an open row, or from a bank that has another
+    /// open, in cycles.
+    pub(super) row_cycles: [f64; 2],
+    /// Turns that waited for memory.
+    memory_waits: u64,
     /// What has become known since they were last taken.
     pub(super) delays: Vec<Delay>,
     /// By key, accesses that hit without being simulated.
@@ -75,7 +100,14 @@ const PENDING: usize = 1024;
 const MOST_LINES: usize = 256;
 
 impl Caches {
-    pub(super) fn new(gpu: &Gpu, hierarchy: Hierarchy, paths: KindPaths, places: Places) -> Self {
+    /// # Errors
+    /// When the GPU's memory cannot be as described.
+    pub(super) fn new(
+        gpu: &Gpu,
+        hierarchy: Hierarchy,
+        paths: KindPaths,
+        places: Places,
+    ) -> Result<Self, Error> {
         let stacks = (places.stack_base_line, places.stack_stride_lines);
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
@@ -92,11 +124,14 @@ impl Caches {
                 repeatable_lines: if repeatable { first.way_count() as usize } else { 0 },
                 private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
                 latency: gpu.latency_cycles(levels, 0),
-                beyond: beyond(gpu, levels),
+                beyond: Beyond::new(gpu, levels),
             })
         };
-        let pending_beyond = beyond(gpu, hierarchy.path(paths.ssbo));
-        Self {
+        let pending_beyond = Beyond::new(gpu, hierarchy.path(paths.ssbo));
+        let dram = gpu.dram.simulated().and_then(|dram| dram.timings());
+        let dram = dram.map_err(|error| Error::dram(gpu, &error))?;
+        let later = |ps: u64| (ps as f64 - dram.row_miss() as f64) * 1e-12 * gpu.clock.hz;
+        Ok(Self {
             routes: std::array::from_fn(route),
             hierarchy,
             pending: vec![Access::read(LineId::new(0)); PENDING + MOST_LINES],
@@ -105,22 +140,26 @@ impl Caches {
             pending_path: paths.ssbo,
             pending_core: 0,
             pending_beyond,
+            row_cycles: [later(dram.row_hit()), later(dram.row_conflict())],
+            memory_waits: 0,
             pending_turns: Vec::new(),
-            issuing: 0,
-            missed: Default::default(),
+            issuing: Resident::default(),
+            missed: Missed::default(),
+            lines_from_memory: Vec::new(),
             delays: Vec::new(),
             spared: vec![0; Run::KEYS],
             served: vec![Served::default(); Run::KEYS],
             waits: WaitCounters::default(),
-        }
+        })
     }
 
     /// `lines` begins with those of the run.
     #[inline(always)]
-    pub(super) fn access(&mut self, core: u32, resident: u32, run: Run, lines: &[u32]) {
+    pub(super) fn access(&mut self, core: u32, warp: Resident, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride), ref beyond, .. }) =
-            self.routes[key]
+        let Some(Route {
+            path, write, by_core, repeatable_lines, private: (base, stride), ref beyond, ..
+        }) = self.routes[key]
         else {
             return;
         };
@@ -130,11 +169,11 @@ impl Caches {
             self.flush_pending();
             (self.pending_path, self.pending_core, self.pending_beyond) = (path, core, beyond);
         }
-        self.issuing = resident;
+        self.issuing = warp;
         let count = run.lines();
         let repeats = if count <= repeatable_lines { 1 } else { run.repeats() as usize };
         self.spared[key] += (run.repeats() as usize - repeats) as u64 * count as u64;
-        let base = base + resident * stride;
+        let base = base + warp.place * stride;
         for _ in 0..repeats {
             if self.gathered >= PENDING {
                 self.flush_pending();
@@ -152,8 +191,8 @@ impl Caches {
     }
 
     /// The turn whose accesses came last is over; `last` is its last run. Cycles until its data are there, if the first cache has them.
-    pub(super) fn end_turn(&mut self, resident: u32, last: Run) -> f64 {
-        self.pending_turns.push(GatheredTurn { end: self.gathered as u32, resident });
+    pub(super) fn end_turn(&mut self, last: Run) -> f64 {
+        self.pending_turns.push(GatheredTurn { end: self.gathered as u32, warp: self.issuing });
         match &self.routes[last.key()] {
             Some(route) if !route.write => route.latency,
             _ => 0.0,
@@ -171,16 +210,31 @@ impl Caches {
             &mut self.served,
             &mut self.missed,
         );
-        for (missed, &cycles) in self.missed.iter_mut().zip(&self.pending_beyond) {
+        let Self { missed, pending_turns, issuing, .. } = self;
+        let Beyond { cycles, last } = self.pending_beyond;
+        for (position, (missed, cycles)) in missed.levels.iter_mut().zip(cycles).enumerate() {
             // The lines of a turn are on their way together: it waits once for all that missed at a level.
-            let (mut turns, mut delayed) = (self.pending_turns.iter().peekable(), None);
+            let (mut turns, mut delayed) = (Turns::new(pending_turns, *issuing), None);
             for access in missed.drain(..).filter(|&access| !self.pending[access as usize].is_write()) {
-                while turns.next_if(|turn| turn.end <= access).is_some() {}
-                let end = turns.peek().map(|turn| turn.end);
-                if delayed.replace(end) != Some(end) {
-                    let resident = turns.peek().map_or(self.issuing, |turn| turn.resident);
-                    self.delays.push(Delay { resident, cycles });
+                let (turn, warp) = turns.of(access);
+                if delayed.replace(turn) == Some(turn) {
+                    continue;
                 }
+                let mut cycles = cycles;
+                if position == last {
+                    // Rows are not followed: any time between the two ends is as likely. If all were alike, warps would keep in
+                    // step for good.
+                    let [open, other] = self.row_cycles;
+                    self.memory_waits += 1;
+                    cycles += open + (other - open) * fraction(self.memory_waits);
+                }
+                self.delays.push(Delay { place: warp.place, cycles: cycles.max(0.0) });
+            }
+        }
+        let mut turns = Turns::new(pending_turns, *issuing);
+        for access in missed.memory.drain(..) {
+            if let Some(lines) = self.lines_from_memory.get_mut(turns.of(access).1.number as usize) {
+                *lines += 1;
             }
         }
         self.pending_turns.clear();
@@ -261,13 +315,36 @@ impl Caches {
     }
 }
 
-/// By position on a path, cycles by which a miss there delays the data.
-fn beyond(gpu: &Gpu, path: &[usize]) -> [f64; MAX_LEVELS] {
-    let mut beyond = [0.0; MAX_LEVELS];
-    for (place, cycles) in beyond.iter_mut().take(path.len()).enumerate() {
-        *cycles = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
+/// Finds the turns of accesses, which are asked for in order.
+struct Turns<'a> {
+    turns: &'a [GatheredTurn],
+    /// Accesses behind those of all turns are this warp's.
+    latest: Resident,
+    passed: usize,
+}
+
+impl<'a> Turns<'a> {
+    fn new(turns: &'a [GatheredTurn], latest: Resident) -> Self {
+        Self { turns, latest, passed: 0 }
     }
-    beyond
+
+    /// The turn's place among those gathered, and its warp.
+    fn of(&mut self, access: u32) -> (usize, Resident) {
+        while self.turns.get(self.passed).is_some_and(|turn| turn.end <= access) {
+            self.passed += 1;
+        }
+        (self.passed, self.turns.get(self.passed).map_or(self.latest, |turn| turn.warp))
+    }
+}
+
+impl Beyond {
+    fn new(gpu: &Gpu, path: &[usize]) -> Self {
+        let mut cycles = [0.0; MAX_LEVELS];
+        for (place, cycles) in cycles.iter_mut().take(path.len()).enumerate() {
+            *cycles = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
+        }
+        Self { cycles, last: path.len() - 1 }
+    }
 }
 
 /// The first path that leads through the same levels, so that accesses that take either need not be told apart.

@@ -12,10 +12,11 @@
 
 mod caches;
 
-use self::caches::{Caches, Delay};
+use self::caches::{Caches, Delay, Resident};
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
+use crate::error::Error;
 use crate::layout::{BufferKind, Places};
 use crate::replay::Maps;
 use crate::warp::{Run, TileStreams};
@@ -114,8 +115,6 @@ pub(crate) struct Interleaver {
     waiting: VecDeque<Waiting>,
     schedule: ScheduleCounters,
     windows: WindowLog,
-    /// Lines that each warp read from memory, by its number; empty where no maps are kept.
-    misses: Vec<u32>,
     maps: Maps,
     next_number: u32,
     /// Turns up to the one that is looked at next, and from now until then.
@@ -130,6 +129,8 @@ const SAMPLED_TURNS: [u64; 3] = [1, 17, 127];
 const SAMPLED_UP_TO: [u64; 2] = [1 << 12, 1 << 18];
 
 impl Interleaver {
+    /// # Errors
+    /// When the GPU's memory cannot be as described.
     pub(crate) fn new(
         gpu: &Gpu,
         hierarchy: Hierarchy,
@@ -137,10 +138,10 @@ impl Interleaver {
         places: Places,
         resident_warps: u32,
         maps: Maps,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
-        Self {
-            caches: Caches::new(gpu, hierarchy, paths, places),
+        Ok(Self {
+            caches: Caches::new(gpu, hierarchy, paths, places)?,
             resident: (0..cores * slots).map(|_| Slot::default()).collect(),
             ready: vec![f64::INFINITY; cores * slots],
             cores,
@@ -151,17 +152,16 @@ impl Interleaver {
             waiting: VecDeque::new(),
             schedule: ScheduleCounters::default(),
             windows: WindowLog::default(),
-            misses: Vec::new(),
             maps,
             next_number: 0,
             sampled: SAMPLED_TURNS[0],
             until_sample: SAMPLED_TURNS[0],
-        }
+        })
     }
 
     /// Lines that each warp read from memory, by its number.
     pub(crate) fn misses_by_warp(&self) -> &[u32] {
-        &self.misses
+        &self.caches.lines_from_memory
     }
 
     /// Queues the warps of a tile.
@@ -173,7 +173,7 @@ impl Interleaver {
             let number = self.next_number;
             self.next_number += 1;
             if self.maps == Maps::Kept {
-                self.misses.push(0);
+                self.caches.lines_from_memory.push(0);
             }
             // A warp that touches no memory takes no turn.
             if !(tree.is_empty() && own.is_empty()) {
@@ -283,14 +283,13 @@ impl Interleaver {
             self.until_next_sample();
         }
         let before = sampled.then(|| self.caches.misses());
-        // Where maps are kept, nothing is pending between turns.
-        let reads_before = (self.maps == Maps::Kept).then(|| self.caches.hierarchy.memory().reads);
         let slot = &mut self.resident[place];
         let Slot { words, next, other, number, least_cycles } = slot;
+        let warp = Resident { place: place as u32, number: *number };
         let (mut lines, mut port_cycles) = (0, 0);
         let last = loop {
             let run = Run::from_word(words[next.start]);
-            self.caches.access(core as u32, place as u32, run, &words[next.start + 1..]);
+            self.caches.access(core as u32, warp, run, &words[next.start + 1..]);
             lines += run.lines();
             port_cycles += run.port_cycles();
             next.start += 1 + run.lines();
@@ -304,23 +303,24 @@ impl Interleaver {
         if let Some(before) = before {
             self.caches.sample(last, lines, before);
         }
-        if let Some(before) = reads_before {
-            self.caches.flush_pending();
-            let missed = self.caches.hierarchy.memory().reads - before;
-            self.misses[*number as usize] += missed as u32;
-        }
         self.busy_until[core] =
             self.busy_until[core].max(self.ready[place]) + least_cycles.max(f64::from(port_cycles));
-        self.ready[place] = self.busy_until[core] + self.caches.end_turn(place as u32, last);
-        for Delay { resident, cycles } in self.caches.delays.drain(..) {
-            self.ready[resident as usize] += cycles;
-        }
+        self.ready[place] = self.busy_until[core] + self.caches.end_turn(last);
+        self.hold_up();
+        let slot = &mut self.resident[place];
         if slot.is_free() && !slot.refill(&mut self.waiting) {
             self.ready[place] = f64::INFINITY;
             self.occupied[core] -= 1;
             if self.occupied[core] == 0 {
                 self.busy_until[core] = f64::INFINITY;
             }
+        }
+    }
+
+    /// Lets the warps wait whose data have turned out to be far away.
+    fn hold_up(&mut self) {
+        for Delay { place, cycles } in self.caches.delays.drain(..) {
+            self.ready[place as usize] += cycles;
         }
     }
 }
@@ -389,6 +389,42 @@ mod tests {
             resident,
             Maps::Dropped,
         )
+        .unwrap()
+    }
+
+    #[test]
+    fn a_warp_is_not_ready_before_its_data_and_the_core_lets_others_go_on() {
+        let machine = gpu(&[]);
+        let path = &machine.paths.ssbo;
+        let [near, far] = [0, path.len()].map(|place| machine.latency_cycles(path, place));
+        // One warp on each core, and a second one on the first.
+        let mut interleaver = interleaver(2);
+        let line: &[(BufferKind, u32)] = &[(BufferKind::Node, 1), (BufferKind::Node, 1)];
+        let others: &[(BufferKind, u32)] = &[(BufferKind::Node, 2), (BufferKind::Node, 3)];
+        interleaver.push(&stream(&[line, others, others, others, line]));
+        interleaver.fill();
+        let issue = |interleaver: &mut Interleaver| {
+            interleaver.issue(0);
+            interleaver.caches.flush_pending();
+            interleaver.hold_up();
+        };
+        issue(&mut interleaver);
+        let wait = interleaver.ready[0] - interleaver.busy_until[0];
+        let [open, other] = interleaver.caches.row_cycles;
+        assert!(open < 0.0 && other > 0.0);
+        assert!((far + open..far + other).contains(&wait), "{wait}, {far} from memory");
+        // The second warp of the core finds the line, and is soon ready.
+        issue(&mut interleaver);
+        assert_eq!(interleaver.ready[1] - interleaver.busy_until[0], near);
+        // So it goes first, though the other one has waited for longer.
+        issue(&mut interleaver);
+        assert!(interleaver.ready[1].is_infinite() && interleaver.ready[0].is_finite());
+    }
+
+    #[test]
+    fn the_core_that_is_behind_goes_first() {
+        assert_eq!(first_of(&[3.0, 1.0, f64::INFINITY, 1.0]), 1);
+        assert_eq!(first_of(&[f64::INFINITY, 7.0]), 1);
     }
 
     #[test]

@@ -5,7 +5,6 @@
 
 mod observe;
 mod pattern;
-mod random;
 mod run;
 
 pub use observe::Observation;

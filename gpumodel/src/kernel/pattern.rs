@@ -1,8 +1,8 @@
 //! The access patterns of published probes.
 
-use super::random::{below, hash, scattered};
 use super::{Kernel, KernelTurn, LaneAccess, Route};
 use crate::config::Gpu;
+use crate::random::{below, hash, scattered};
 
 /// Bytes of a page of virtual memory.
 const PAGE_BYTES: u64 = 4096;

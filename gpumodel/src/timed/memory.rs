@@ -153,8 +153,8 @@ impl Memory {
         paths: KindPaths,
         places: Places,
     ) -> Result<Self, Error> {
-        let config = gpu.dram.simulated().map_err(|error| refused(gpu, &error))?;
-        let dram = Dram::new(&config).map_err(|error| refused(gpu, &error))?;
+        let config = gpu.dram.simulated().map_err(|error| Error::dram(gpu, &error))?;
+        let dram = Dram::new(&config).map_err(|error| Error::dram(gpu, &error))?;
         let cycles_per_ps = gpu.clock.hz * 1e-12;
         let line_bytes = gpu.caches.iter().map(|cache| cache.line_bytes).max().unwrap_or(0);
         let bursts = line_bytes.div_ceil(config.standard.burst_bytes());
@@ -520,16 +520,6 @@ fn keep(requests: &mut Vec<Request>, free: &mut Vec<u32>, request: Request, numb
         None => requests.push(request),
     }
     number
-}
-
-fn refused(gpu: &Gpu, error: &cachesim::Error) -> Error {
-    Error::Config {
-        file: gpu.name().to_owned(),
-        line: None,
-        key: "dram: ".to_owned(),
-        problem: error.to_string(),
-        remedy: "correct [dram]".to_owned(),
-    }
 }
 
 /// Line numbers are spread by one multiplication (Fibonacci hashing).

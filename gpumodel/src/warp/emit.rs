@@ -476,7 +476,7 @@ mod tests {
     use tracer::{Accel, NodeFetch};
 
     const LEAVES: u32 = 64;
-    const LAST_AND_PLACE: u32 = !(0b11 << 25);
+    const MARKS: u32 = Run::CROSSES | Run::BEGINS;
 
     fn program(source: &Recorded, records: NodeRecords, order: PrimitiveOrder) -> Program {
         let config = ReplayConfig { node_records: records, primitive_order: Some(order), ..config(gpu(&[])) };
@@ -510,7 +510,7 @@ mod tests {
             let (stream, range) = &mut next;
             let header = stream.words[range.start];
             let run = Run::from_word(header);
-            words.push(header & LAST_AND_PLACE);
+            words.push(header & !MARKS);
             words.extend_from_slice(&stream.words[range.start + 1..][..run.lines()]);
             range.start += 1 + run.lines();
             if run.crosses() || range.start >= range.end {

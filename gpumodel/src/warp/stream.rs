@@ -80,8 +80,8 @@ impl Run {
     const PASS_SHIFT: u32 = 16;
     const WRITE: u32 = 1 << 19;
     const LAST: u32 = 1 << 20;
-    const CROSSES: u32 = 1 << 21;
-    const BEGINS: u32 = 1 << 22;
+    pub(super) const CROSSES: u32 = 1 << 21;
+    pub(super) const BEGINS: u32 = 1 << 22;
     const PORT_SHIFT: u32 = 23;
     const PORT_CYCLES: u32 = 0x1FF;
     /// Values of [`Self::key`] are below this.

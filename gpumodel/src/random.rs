@@ -1,7 +1,7 @@
 //! Numbers that look random and are always the same.
 
 /// The finaliser of SplitMix64 (Steele et al. 2014): every bit of `value` flips every bit of the result half of the time.
-pub(super) fn hash(value: u64) -> u64 {
+pub(crate) fn hash(value: u64) -> u64 {
     let mut mixed = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
     mixed = (mixed ^ mixed >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -9,15 +9,20 @@ pub(super) fn hash(value: u64) -> u64 {
 }
 
 /// A number below `end`, from the upper bits of a hash.
-pub(super) fn below(end: u64, value: u64) -> u64 {
+pub(crate) fn below(end: u64, value: u64) -> u64 {
     ((u128::from(hash(value)) * u128::from(end)) >> 64) as u64
+}
+
+/// A number from 0 to below 1, from the upper bits of a hash.
+pub(crate) fn fraction(value: u64) -> f64 {
+    (hash(value) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Bits of each half of a page's number.
 const HALF_BITS: u32 = 11;
 
 /// Another page for each page below 2^22: a Feistel network, which can be undone, so that no two pages meet.
-pub(super) fn scattered(page: u64) -> u64 {
+pub(crate) fn scattered(page: u64) -> u64 {
     const MASK: u64 = (1 << HALF_BITS) - 1;
     let (mut left, mut right) = (page >> HALF_BITS & MASK, page & MASK);
     for round in 0..4 {
