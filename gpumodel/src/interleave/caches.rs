@@ -25,6 +25,8 @@ struct Route {
     private: (u32, u32),
     /// Cycles from a request to its data in the first cache.
     latency: f64,
+    /// Cycles that the first cache takes for a line, if cores share it; otherwise 0, as a core's port is no faster than its own cache.
+    shared_cycles: f64,
     beyond: Beyond,
 }
 
@@ -53,6 +55,14 @@ pub(super) struct Resident {
     pub(super) number: u32,
 }
 
+/// What a turn waits for if its data are in the first cache, in cycles.
+pub(super) struct Waits {
+    /// The cache, where cores share it.
+    pub(super) queue: f64,
+    /// From a line's request to its data.
+    pub(super) latency: f64,
+}
+
 /// Data that a resident warp waits for were not in a cache.
 pub(super) struct Delay {
     pub(super) place: u32,
@@ -73,6 +83,8 @@ pub(super) struct Caches {
     pending_beyond: Beyond,
     /// The turns of these; the latest may go on.
     pending_turns: Vec<GatheredTurn>,
+    /// Cycles of a cache that cores share, as the first of a path, for the lines of the latest turn.
+    shared_cycles: f64,
     /// Whose turn is the latest.
     issuing: Resident,
     /// Which of them missed where.
@@ -124,6 +136,10 @@ impl Caches {
                 repeatable_lines: if repeatable { first.way_count() as usize } else { 0 },
                 private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
                 latency: gpu.latency_cycles(levels, 0),
+                shared_cycles: match &gpu.caches[levels[0]] {
+                    cache if cache.copies == gpu.cores.count => 0.0,
+                    cache => cache.line_bytes as f64 / cache.bytes_per_clock,
+                },
                 beyond: Beyond::new(gpu, levels),
             })
         };
@@ -143,6 +159,7 @@ impl Caches {
             row_cycles: [later(dram.row_hit()), later(dram.row_conflict())],
             memory_waits: 0,
             pending_turns: Vec::new(),
+            shared_cycles: 0.0,
             issuing: Resident::default(),
             missed: Missed::default(),
             lines_from_memory: Vec::new(),
@@ -158,7 +175,14 @@ impl Caches {
     pub(super) fn access(&mut self, core: u32, warp: Resident, run: Run, lines: &[u32]) {
         let key = run.key();
         let Some(Route {
-            path, write, by_core, repeatable_lines, private: (base, stride), ref beyond, ..
+            path,
+            write,
+            by_core,
+            repeatable_lines,
+            private: (base, stride),
+            ref beyond,
+            shared_cycles,
+            ..
         }) = self.routes[key]
         else {
             return;
@@ -171,6 +195,7 @@ impl Caches {
         }
         self.issuing = warp;
         let count = run.lines();
+        self.shared_cycles += shared_cycles * (run.repeats() as usize * count) as f64;
         let repeats = if count <= repeatable_lines { 1 } else { run.repeats() as usize };
         self.spared[key] += (run.repeats() as usize - repeats) as u64 * count as u64;
         let base = base + warp.place * stride;
@@ -191,11 +216,12 @@ impl Caches {
     }
 
     /// The turn whose accesses came last is over; `last` is its last run. Cycles until its data are there, if the first cache has them.
-    pub(super) fn end_turn(&mut self, last: Run) -> f64 {
+    pub(super) fn end_turn(&mut self, last: Run) -> Waits {
         self.pending_turns.push(GatheredTurn { end: self.gathered as u32, warp: self.issuing });
+        let queue = std::mem::take(&mut self.shared_cycles);
         match &self.routes[last.key()] {
-            Some(route) if !route.write => route.latency,
-            _ => 0.0,
+            Some(route) if !route.write => Waits { queue, latency: route.latency },
+            _ => Waits { queue, latency: 0.0 },
         }
     }
 

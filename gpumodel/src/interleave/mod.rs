@@ -12,7 +12,7 @@
 
 mod caches;
 
-use self::caches::{Caches, Delay, Resident};
+use self::caches::{Caches, Delay, Resident, Waits};
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
@@ -106,8 +106,14 @@ pub(crate) struct Interleaver {
     ready: Vec<f64>,
     cores: usize,
     slots: usize,
-    /// Per core, the time up to which it is busy, in cycles; infinite if it has no warp.
+    /// Per core, the time up to which its load/store port or its ALU is busy, in cycles.
     busy_until: Vec<f64>,
+    /// The time up to which the first cache on a path is busy, where cores share it.
+    shared_until: f64,
+    /// Per core, the place whose turn is next.
+    next: Vec<usize>,
+    /// Per core, when that turn starts; infinite if it has no warp.
+    starts: Vec<f64>,
     /// ALU and elementary function lanes of a core.
     lanes: [f64; 2],
     /// Per core, warps in its slots.
@@ -146,7 +152,10 @@ impl Interleaver {
             ready: vec![f64::INFINITY; cores * slots],
             cores,
             slots,
-            busy_until: vec![f64::INFINITY; cores],
+            busy_until: vec![0.0; cores],
+            shared_until: 0.0,
+            next: vec![0; cores],
+            starts: vec![f64::INFINITY; cores],
             lanes: [gpu.cores.alu_lanes, gpu.cores.efu_lanes],
             occupied: vec![0; cores],
             waiting: VecDeque::new(),
@@ -235,20 +244,29 @@ impl Interleaver {
 
     /// Puts waiting warps into free slots: the first slots of all cores, then the second ones, and so on.
     fn fill(&mut self) {
-        let now = self.busy_until.iter().copied().fold(f64::INFINITY, f64::min);
+        let now = self.starts.iter().copied().fold(f64::INFINITY, f64::min);
         let now = if now.is_finite() { now } else { 0.0 };
         for slot in 0..self.slots {
             for core in 0..self.cores {
                 let place = core * self.slots + slot;
                 if self.resident[place].is_free() && self.resident[place].refill(&mut self.waiting) {
-                    self.occupied[core] += 1;
-                    if self.occupied[core] == 1 {
+                    if self.occupied[core] == 0 {
                         self.busy_until[core] = now;
                     }
+                    self.occupied[core] += 1;
                     self.ready[place] = self.busy_until[core];
                 }
             }
         }
+        (0..self.cores).for_each(|core| self.plan(core));
+    }
+
+    /// Finds the next turn of a core.
+    fn plan(&mut self, core: usize) {
+        let slots = core * self.slots..(core + 1) * self.slots;
+        let place = slots.start + first_of(&self.ready[slots]);
+        self.next[core] = place;
+        self.starts[core] = self.busy_until[core].max(self.ready[place]);
     }
 
     fn tick(&mut self) {
@@ -262,7 +280,7 @@ impl Interleaver {
             self.windows.end_window(&seen);
         }
         for _ in 0..occupied {
-            self.issue(first_of(&self.busy_until));
+            self.issue(first_of(&self.starts));
         }
     }
 
@@ -275,8 +293,7 @@ impl Interleaver {
 
     /// Lets the next warp of a core issue one turn.
     fn issue(&mut self, core: usize) {
-        let first = core * self.slots;
-        let place = first + first_of(&self.ready[first..first + self.slots]);
+        let (place, start) = (self.next[core], self.starts[core]);
         self.until_sample -= 1;
         let sampled = self.until_sample == 0;
         if sampled {
@@ -303,25 +320,27 @@ impl Interleaver {
         if let Some(before) = before {
             self.caches.sample(last, lines, before);
         }
-        self.busy_until[core] =
-            self.busy_until[core].max(self.ready[place]) + least_cycles.max(f64::from(port_cycles));
-        self.ready[place] = self.busy_until[core] + self.caches.end_turn(last);
-        self.hold_up();
-        let slot = &mut self.resident[place];
+        self.busy_until[core] = start + least_cycles.max(f64::from(port_cycles));
+        let Waits { queue, latency } = self.caches.end_turn(last);
+        self.shared_until = self.shared_until.max(start) + queue;
+        self.ready[place] = self.busy_until[core].max(self.shared_until) + latency;
         if slot.is_free() && !slot.refill(&mut self.waiting) {
             self.ready[place] = f64::INFINITY;
             self.occupied[core] -= 1;
-            if self.occupied[core] == 0 {
-                self.busy_until[core] = f64::INFINITY;
-            }
         }
+        self.plan(core);
+        self.hold_up();
     }
 
     /// Lets the warps wait whose data have turned out to be far away.
     fn hold_up(&mut self) {
+        if self.caches.delays.is_empty() {
+            return;
+        }
         for Delay { place, cycles } in self.caches.delays.drain(..) {
             self.ready[place as usize] += cycles;
         }
+        (0..self.cores).for_each(|core| self.plan(core));
     }
 }
 
