@@ -56,6 +56,7 @@ pub(super) struct Resident {
 }
 
 /// What a turn waits for if its data are in the first cache, in cycles.
+#[derive(Default)]
 pub(super) struct Waits {
     /// The cache, where cores share it.
     pub(super) queue: f64,
@@ -83,8 +84,8 @@ pub(super) struct Caches {
     pending_beyond: Beyond,
     /// The turns of these; the latest may go on.
     pending_turns: Vec<GatheredTurn>,
-    /// Cycles of a cache that cores share, as the first of a path, for the lines of the latest turn.
-    shared_cycles: f64,
+    /// Lines that the latest turn has asked for.
+    turn_lines: usize,
     /// Whose turn is the latest.
     issuing: Resident,
     /// Which of them missed where.
@@ -159,7 +160,7 @@ impl Caches {
             row_cycles: [later(dram.row_hit()), later(dram.row_conflict())],
             memory_waits: 0,
             pending_turns: Vec::new(),
-            shared_cycles: 0.0,
+            turn_lines: 0,
             issuing: Resident::default(),
             missed: Missed::default(),
             lines_from_memory: Vec::new(),
@@ -175,14 +176,7 @@ impl Caches {
     pub(super) fn access(&mut self, core: u32, warp: Resident, run: Run, lines: &[u32]) {
         let key = run.key();
         let Some(Route {
-            path,
-            write,
-            by_core,
-            repeatable_lines,
-            private: (base, stride),
-            ref beyond,
-            shared_cycles,
-            ..
+            path, write, by_core, repeatable_lines, private: (base, stride), ref beyond, ..
         }) = self.routes[key]
         else {
             return;
@@ -195,7 +189,7 @@ impl Caches {
         }
         self.issuing = warp;
         let count = run.lines();
-        self.shared_cycles += shared_cycles * (run.repeats() as usize * count) as f64;
+        self.turn_lines += run.repeats() as usize * count;
         let repeats = if count <= repeatable_lines { 1 } else { run.repeats() as usize };
         self.spared[key] += (run.repeats() as usize - repeats) as u64 * count as u64;
         let base = base + warp.place * stride;
@@ -215,14 +209,14 @@ impl Caches {
         }
     }
 
-    /// The turn whose accesses came last is over; `last` is its last run. Cycles until its data are there, if the first cache has them.
+    /// The turn whose accesses came last is over; `last` is its last run.
     pub(super) fn end_turn(&mut self, last: Run) -> Waits {
         self.pending_turns.push(GatheredTurn { end: self.gathered as u32, warp: self.issuing });
-        let queue = std::mem::take(&mut self.shared_cycles);
-        match &self.routes[last.key()] {
-            Some(route) if !route.write => Waits { queue, latency: route.latency },
-            _ => Waits { queue, latency: 0.0 },
-        }
+        let lines = std::mem::take(&mut self.turn_lines) as f64;
+        self.routes[last.key()].as_ref().map_or(Waits::default(), |route| Waits {
+            queue: lines * route.shared_cycles,
+            latency: if route.write { 0.0 } else { route.latency },
+        })
     }
 
     /// Lets the caches see what has been gathered.

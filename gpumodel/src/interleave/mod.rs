@@ -412,38 +412,57 @@ mod tests {
     }
 
     #[test]
-    fn a_warp_is_not_ready_before_its_data_and_the_core_lets_others_go_on() {
+    fn a_warp_is_not_ready_before_its_data_and_its_core_lets_others_go_on() {
         let machine = gpu(&[]);
         let path = &machine.paths.ssbo;
         let [near, far] = [0, path.len()].map(|place| machine.latency_cycles(path, place));
-        // One warp on each core, and a second one on the first.
         let mut interleaver = interleaver(2);
-        let line: &[(BufferKind, u32)] = &[(BufferKind::Node, 1), (BufferKind::Node, 1)];
-        let others: &[(BufferKind, u32)] = &[(BufferKind::Node, 2), (BufferKind::Node, 3)];
-        interleaver.push(&stream(&[line, others, others, others, line]));
+        // One warp on each core, and a second one on the first.
+        let twice: &[(BufferKind, u32)] = &[(BufferKind::Node, 1), (BufferKind::Node, 1)];
+        let others: &[(BufferKind, u32)] = &[(BufferKind::Node, 2)];
+        interleaver.push(&stream(&[twice, others, others, others, twice]));
         interleaver.fill();
         let issue = |interleaver: &mut Interleaver| {
             interleaver.issue(0);
             interleaver.caches.flush_pending();
             interleaver.hold_up();
         };
+        // The first warp's line comes from memory, from a row that may be open or not. The second one's is in the cache then.
         issue(&mut interleaver);
-        let wait = interleaver.ready[0] - interleaver.busy_until[0];
+        issue(&mut interleaver);
+        let (busy_until, shared_until) = (interleaver.busy_until[0], interleaver.shared_until);
+        let (late, soon) = (interleaver.ready[0], interleaver.ready[1]);
+        assert_eq!((soon, interleaver.next[0]), (shared_until + near, 1));
         let [open, other] = interleaver.caches.row_cycles;
         assert!(open < 0.0 && other > 0.0);
-        assert!((far + open..far + other).contains(&wait), "{wait}, {far} from memory");
-        // The second warp of the core finds the line, and is soon ready.
-        issue(&mut interleaver);
-        assert_eq!(interleaver.ready[1] - interleaver.busy_until[0], near);
-        // So it goes first, though the other one has waited for longer.
-        issue(&mut interleaver);
-        assert!(interleaver.ready[1].is_infinite() && interleaver.ready[0].is_finite());
+        assert!(shared_until > busy_until, "a line takes the cache's time, and none of the port's here");
+        assert!((far + open..shared_until + far + other).contains(&late), "{late}");
     }
 
     #[test]
-    fn the_core_that_is_behind_goes_first() {
-        assert_eq!(first_of(&[3.0, 1.0, f64::INFINITY, 1.0]), 1);
-        assert_eq!(first_of(&[f64::INFINITY, 7.0]), 1);
+    fn the_core_whose_turn_starts_first_goes_first() {
+        let mut writer = crate::warp::StreamWriter::default();
+        let mut turn = |port_cycles: u32| {
+            writer.lines()[0] = 1;
+            let run = Run::new(Pass::Primary, BufferKind::Node, false, 1, 1);
+            writer.push(run.with_port_cycles(port_cycles));
+            writer.end_turn();
+            writer.len()
+        };
+        // On one core a long turn and a short one, on another short ones.
+        let (_, first) = (turn(500), turn(1));
+        let second = (0..6).map(|_| turn(1)).last().unwrap();
+        let stream =
+            TileStream { words: writer.take(), warp_ends: vec![first, second], ..TileStream::default() };
+        let mut interleaver = interleaver(1);
+        interleaver.push(&TileStreams::joined(stream));
+        interleaver.fill();
+        for _ in 0..3 {
+            interleaver.tick();
+        }
+        // Six turns: the long one, and five of the other core.
+        let turns_left = [0, 1].map(|core| interleaver.resident[core].next.len() / 2);
+        assert_eq!(turns_left, [1, 1]);
     }
 
     #[test]
@@ -453,11 +472,17 @@ mod tests {
         // Nine warps of two turns on four cores of two slots: eight are resident at once, the ninth follows the first.
         interleaver.push(&stream(&[turns; 9]));
         interleaver.drain(Pass::Primary);
-        let schedule = interleaver.finish().schedule;
+        let Finished { schedule, phases, .. } = interleaver.finish();
         assert_eq!(schedule.warps, 9);
-        // Each core has 4 turns, the first one 6.
-        assert_eq!(schedule.ticks, 6);
-        assert_eq!(schedule.full_ticks, 4);
+        // 18 turns, 16 of which have one of every core beside them, if no core is quicker than the others.
+        assert_eq!(phases[0].windows.iter().map(|window| window.turns).sum::<u64>(), 18);
+        assert!((5..=18).contains(&schedule.ticks) && (1..=4).contains(&schedule.full_ticks));
+    }
+
+    #[test]
+    fn of_equal_times_the_first_is_taken() {
+        assert_eq!(first_of(&[3.0, 1.0, f64::INFINITY, 1.0]), 1);
+        assert_eq!(first_of(&[f64::INFINITY, 7.0]), 1);
     }
 
     #[test]
