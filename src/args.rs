@@ -398,6 +398,9 @@ pub(crate) struct FrameArgs {
     /// Width of the restart trail [default: 64].
     #[arg(long, value_name = "BITS", value_parser = PossibleValuesParser::new(["32", "64"]))]
     pub(crate) trail_bits: Option<String>,
+    /// How rays are tested against triangles [default: moeller-trumbore]. Costs of operations are those of the default for either.
+    #[arg(long, value_name = "TEST", value_parser = PossibleValuesParser::new(tracer::TriangleTest::ALL.map(tracer::TriangleTest::name)))]
+    pub(crate) triangle_test: Option<String>,
     /// kd-tree: how large a triangle is in a cell: its clamped box, or exactly the part inside [default: bounding-box].
     #[arg(long, value_name = "KIND", value_parser = PossibleValuesParser::new(["bounding-box", "perfect"]))]
     pub(crate) splits: Option<String>,
