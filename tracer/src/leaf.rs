@@ -21,7 +21,7 @@ pub(crate) struct References<'a, P> {
 pub(crate) fn intersect<P: RayTriangle, O: Observer>(
     references: References<'_, P>,
     (first, count): (u32, u32),
-    ray: &P::Ray,
+    ray: P::Ray<'_>,
     query: Query,
     best: &mut Hit,
     observer: &mut O,

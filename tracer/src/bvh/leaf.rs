@@ -14,7 +14,7 @@ use crate::triangle::{GROUP, RayTriangle, TriangleGroup};
 pub(super) fn intersect<P: RayTriangle, O: Observer>(
     bvh: &Bvh<P>,
     leaf: NodeRef,
-    ray: &P::Ray,
+    ray: P::Ray<'_>,
     any: bool,
     best: &mut Hit,
     observer: &mut O,

@@ -141,7 +141,7 @@ pub fn trace<P: RayTriangle, O: Observer>(
                 }
                 continue;
             }
-        } else if leaf::intersect(bvh, node, &prepared, query == Query::Any, &mut best, observer)
+        } else if leaf::intersect(bvh, node, prepared, query == Query::Any, &mut best, observer)
             && query == Query::Any
         {
             return best;

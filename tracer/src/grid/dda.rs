@@ -91,7 +91,7 @@ pub fn trace<P: RayTriangle, O: Observer>(grid: &Grid<P>, ray: &Ray, query: Quer
         observer.step(Op::Node, cell);
         let first = grid.starts[cell as usize];
         let count = grid.starts[cell as usize + 1] - first;
-        let answered = leaf::intersect(grid.leaves(), (first, count), &prepared, query, &mut best, observer);
+        let answered = leaf::intersect(grid.leaves(), (first, count), prepared, query, &mut best, observer);
         let [x, y, z] = walks.map(|walk| walk.ahead);
         let axis = if x < y {
             if x < z { 0 } else { 2 }

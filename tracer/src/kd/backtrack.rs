@@ -40,7 +40,7 @@ pub fn trace<P: RayTriangle, O: Observer>(
             }
             KdNodeKind::Leaf { first, count } => {
                 let answered =
-                    leaf::intersect(tree.leaves(), (first, count), &prepared, query, &mut best, observer);
+                    leaf::intersect(tree.leaves(), (first, count), prepared, query, &mut best, observer);
                 if answered || visit.interval.settles(&best) {
                     return best;
                 }

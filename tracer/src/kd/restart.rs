@@ -77,7 +77,7 @@ pub(super) fn search<const PUSH_DOWN: bool, P: RayTriangle, O: Observer>(
             }
             KdNodeKind::Leaf { first, count } => {
                 let answered =
-                    leaf::intersect(tree.leaves(), (first, count), &prepared, query, &mut best, observer);
+                    leaf::intersect(tree.leaves(), (first, count), prepared, query, &mut best, observer);
                 if answered || here.visit.interval.settles(&best) || !trail.finish_near() {
                     return best;
                 }

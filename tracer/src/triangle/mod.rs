@@ -41,15 +41,15 @@ impl TriangleTest {
 /// A triangle prepared for one of the tests.
 pub trait RayTriangle: for<'a> From<&'a Triangle> + Copy + Send + Sync {
     /// What the test needs of a ray, computed once for a traversal.
-    type Ray;
+    type Ray<'a>: Copy;
     /// Triangles tested at once.
     type Group: TriangleGroup<Self>;
 
     /// Prepares a ray.
-    fn prepare(ray: &Ray) -> Self::Ray;
+    fn prepare(ray: &Ray) -> Self::Ray<'_>;
 
     /// Tests the triangle over `[t_min, t_max]`; returns `(t, u, v)` of a hit.
-    fn test(&self, ray: &Self::Ray, t_max: f32) -> Option<(f32, f32, f32)>;
+    fn test(&self, ray: Self::Ray<'_>, t_max: f32) -> Option<(f32, f32, f32)>;
 }
 
 /// Triangles tested at once.
@@ -64,7 +64,7 @@ pub trait TriangleGroup<P: RayTriangle>: Copy + Send + Sync {
     fn first(&self) -> u32;
 
     /// [`RayTriangle::test`] of all triangles, bit for bit.
-    fn intersect(&self, ray: &P::Ray, t_max: f32) -> GroupHits;
+    fn intersect(&self, ray: P::Ray<'_>, t_max: f32) -> GroupHits;
 }
 
 /// What [`TriangleGroup::intersect`] finds: per lane the values of [`RayTriangle::test`], and which lanes are hit.

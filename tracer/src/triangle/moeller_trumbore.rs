@@ -44,12 +44,12 @@ impl PreparedTriangle {
 }
 
 impl RayTriangle for PreparedTriangle {
-    type Ray = Ray;
+    type Ray<'a> = &'a Ray;
     type Group = MoellerTrumboreGroup;
 
     #[inline(always)]
-    fn prepare(ray: &Ray) -> Ray {
-        *ray
+    fn prepare(ray: &Ray) -> &Ray {
+        ray
     }
 
     #[inline(always)]

@@ -40,7 +40,7 @@ pub struct ShearedRay {
 }
 
 impl RayTriangle for WatertightTriangle {
-    type Ray = ShearedRay;
+    type Ray<'a> = ShearedRay;
     type Group = WatertightGroup;
 
     #[inline]
@@ -55,7 +55,7 @@ impl RayTriangle for WatertightTriangle {
 
     /// Only a determinant of 0 (and NaN) is rejected as parallel.
     #[inline(always)]
-    fn test(&self, ray: &ShearedRay, t_max: f32) -> Option<(f32, f32, f32)> {
+    fn test(&self, ray: ShearedRay, t_max: f32) -> Option<(f32, f32, f32)> {
         let [x, y, z] = ray.axes;
         let moved = self.v.map(|vertex| vertex - ray.origin);
         let [a, b, c] = moved.map(|v| [v[x] - ray.shear[0] * v[z], v[y] - ray.shear[1] * v[z]]);
@@ -113,7 +113,7 @@ impl TriangleGroup<WatertightTriangle> for WatertightGroup {
     }
 
     #[inline(always)]
-    fn intersect(&self, ray: &ShearedRay, t_max: f32) -> GroupHits {
+    fn intersect(&self, ray: ShearedRay, t_max: f32) -> GroupHits {
         let mut hits = GroupHits { t: Vec4::ZERO, u: Vec4::ZERO, v: Vec4::ZERO, lanes: 0 };
         for (lane, triangle) in self.triangles.iter().enumerate() {
             if let Some((t, u, v)) = triangle.test(ray, t_max) {
