@@ -229,7 +229,7 @@ impl AccelerationStructure {
     /// Builds the structure that `traversal` walks.
     ///
     /// # Errors
-    /// Costs out of range, a short stack beyond its limit, more than 2^27 triangles.
+    /// Costs out of range, a short stack beyond its limit, more than 2^27 triangles, a corner that is not finite.
     pub fn build(
         triangles: &[Triangle],
         traversal: Traversal,
@@ -251,6 +251,11 @@ impl AccelerationStructure {
                 "{} triangles: a structure holds at most {}; split the scene",
                 triangles.len(),
                 bvh::MAX_TRIANGLES
+            )));
+        }
+        if let Some(index) = triangles.iter().position(|t| !t.v.iter().all(|corner| corner.is_finite())) {
+            return Err(Error::Options(format!(
+                "triangle {index} has a corner that is not finite; remove it before building a structure"
             )));
         }
         let short_stack = traversal.short_stack();

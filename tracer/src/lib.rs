@@ -38,4 +38,4 @@ pub use trace::{
 pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};
 pub use triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
-pub use view::{View, shadow_ray};
+pub use view::{RayOffset, View};

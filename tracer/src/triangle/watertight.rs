@@ -12,7 +12,8 @@ use crate::ray::Ray;
 use glam::{Vec3, Vec4};
 use scenes::Triangle;
 
-/// A triangle as the watertight test takes it: its vertices, since edges rounded on their own would not meet.
+/// A triangle as the watertight test takes it: its vertices, since edges rounded on their own would not meet. One without area
+/// is NaN, which no ray hits: moved and sheared it would have some.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct WatertightTriangle {
@@ -21,7 +22,7 @@ pub struct WatertightTriangle {
 
 impl From<&Triangle> for WatertightTriangle {
     fn from(triangle: &Triangle) -> Self {
-        Self { v: triangle.v }
+        Self { v: if triangle.is_degenerate() { [Vec3::NAN; 3] } else { triangle.v } }
     }
 }
 
@@ -35,8 +36,17 @@ pub struct ShearedRay {
     axes: [usize; 3],
     /// Direction along the first two axes over that along the third.
     shear: [f32; 2],
-    /// Direction along the third axis.
+    /// Direction along the third axis; NaN, with which nothing is hit, unless the direction is finite.
     forward: f32,
+}
+
+impl WatertightTriangle {
+    /// Tests the triangle over `[ray.t_min, t_max]`; returns `(t, u, v)` of a hit.
+    ///
+    /// Only a determinant of 0 (and NaN) is rejected as parallel.
+    pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<(f32, f32, f32)> {
+        self.test(Self::prepare(ray), t_max)
+    }
 }
 
 impl RayTriangle for WatertightTriangle {
@@ -50,10 +60,10 @@ impl RayTriangle for WatertightTriangle {
         let forward = ray.direction[z];
         let [x, y] = if forward < 0.0 { [y, x] } else { [x, y] };
         let shear = [ray.direction[x] / forward, ray.direction[y] / forward];
+        let forward = if ray.direction.is_finite() { forward } else { f32::NAN };
         ShearedRay { origin: ray.origin, t_min: ray.t_min, axes: [x, y, z], shear, forward }
     }
 
-    /// Only a determinant of 0 (and NaN) is rejected as parallel.
     #[inline(always)]
     fn test(&self, ray: ShearedRay, t_max: f32) -> Option<(f32, f32, f32)> {
         let [x, y, z] = ray.axes;
