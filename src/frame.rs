@@ -12,7 +12,7 @@ use tracer::{
 
 /// What a report says of hits that are not those of the default test.
 const WATERTIGHT_NOTE: &str = "hits are those of the watertight triangle test of Woop, Benthin & Wald 2013; no shader of it was compiled, \
-                               so operation counts are those of Moeller-Trumbore";
+                               so the report has the costs of Moeller-Trumbore";
 
 /// A scene whose primary rays can be traced.
 pub(crate) struct LoadedScene {

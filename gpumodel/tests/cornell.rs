@@ -4,7 +4,7 @@ mod common;
 
 use common::{SIZE, Traced};
 use gpumodel::{Maps, PrimitiveLayout, ReplayConfig, Replayed, Value, estimate, replay};
-use tracer::{Query, Tile, TileSource, Topology, TraceHeader, Traversal, WorkCounter, RayOffset};
+use tracer::{Query, RayOffset, Tile, TileSource, Topology, TraceHeader, Traversal, WorkCounter};
 
 fn config(layout: PrimitiveLayout) -> ReplayConfig {
     ReplayConfig { primitive_layout: layout, ..common::config("fragment") }
