@@ -77,8 +77,9 @@ impl Verdicts {
                     verdict.relative_t_error = if error > 0.0 { error / claimed.t.abs() } else { 0.0 };
                 } else {
                     verdict.differing = 1;
-                    let near = (claimed.t - exact.t).abs() <= claimed.t_doubt + exact.t_doubt;
-                    let explained = may_be_hit(ray, &claimed) && (near || may_be_lost(ray, &exact));
+                    // A hit in front of the exact one hides it; otherwise that one was lost.
+                    let in_front = claimed.t <= exact.t + claimed.t_doubt + exact.t_doubt;
+                    let explained = may_be_hit(ray, &claimed) && (in_front || may_be_lost(ray, &exact));
                     verdict.wrong = u64::from(!explained);
                 }
             }
@@ -98,4 +99,37 @@ fn may_be_hit(ray: &Ray, found: &Crossing) -> bool {
     found.least_weight() >= -found.doubt()
         && found.t >= f64::from(ray.t_min) - found.t_doubt
         && found.t <= f64::from(ray.t_max) + found.t_doubt
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use scenes::Triangle;
+
+    /// A wall at z = 1 and a wider one at z = 2; a ray at a distance from the edge of the nearer.
+    fn judge(beside: f32, primitive: u32, t: f32) -> Verdicts {
+        let wall = |z: f32, size: f32| Triangle {
+            v: [Vec3::new(0.0, -size, z), Vec3::new(0.0, size, z), Vec3::new(-size, 0.0, z)],
+        };
+        let triangles = [wall(1.0, 1.0), wall(2.0, 4.0)];
+        let reference = Reference::new(&triangles);
+        let ray = Ray::new(Vec3::new(-beside, 0.0, 0.0), Vec3::Z);
+        Verdicts::of(&reference, &ray, &Hit { t, u: 0.5, v: 0.1, primitive }, reference.nearest(&ray))
+    }
+
+    #[test]
+    fn a_hit_is_wrong_only_where_roundings_cannot_explain_it() {
+        let verdict = |beside, primitive, t| {
+            let found = judge(beside, primitive, t);
+            (found.differing, found.lost, found.wrong)
+        };
+        assert_eq!(verdict(0.1, 0, 1.0), (0, 0, 0));
+        assert_eq!(verdict(0.1, 1, 2.0), (1, 0, 1), "the nearer wall cannot be lost in its middle");
+        assert_eq!(verdict(1e-7, 1, 2.0), (1, 0, 0), "but near its edge");
+        assert_eq!(verdict(-1e-7, 0, 1.0), (1, 0, 0), "and hit beside it");
+        assert_eq!(verdict(-0.1, 0, 1.0), (1, 0, 1), "but not far beside it");
+        assert_eq!(verdict(0.1, tracer::NO_HIT, f32::INFINITY), (1, 1, 1));
+        assert!(judge(0.1, 0, 1.01).t_error > ROUNDINGS);
+    }
 }

@@ -52,14 +52,20 @@ impl<'a> Reference<'a> {
     /// The nearest crossing and its triangle; of equally near ones the lowest triangle.
     pub(crate) fn nearest(&self, ray: &Ray) -> Option<(u32, Crossing)> {
         let mut best: Option<(u32, Crossing)> = None;
-        let mut open = vec![0];
-        while let Some(node) = open.pop() {
-            let end = best.map_or(f64::from(ray.t_max), |(_, found)| found.t);
-            if !self.meets(ray, node, end) {
+        let mut open: Vec<(f64, usize)> = self.entry(ray, 0).map(|entry| (entry, 0)).into_iter().collect();
+        while let Some((entry, node)) = open.pop() {
+            let end = best.map_or(f64::INFINITY, |(_, found)| found.t);
+            if entry > end + ROOM * end.abs() {
                 continue;
             }
             match self.topology.nodes[node] {
-                TopologyNode::Inner { left } => open.extend([left as usize + 1, left as usize]),
+                TopologyNode::Inner { left } => {
+                    let children = [left as usize, left as usize + 1];
+                    let [a, b] = children.map(|child| self.entry(ray, child).map(|entry| (entry, child)));
+                    // The nearer one last, to be taken first.
+                    let a_is_nearer = matches!((a, b), (Some(a), Some(b)) if a.0 < b.0);
+                    open.extend(if a_is_nearer { [b, a] } else { [a, b] }.into_iter().flatten());
+                }
                 TopologyNode::Leaf { first, count } => {
                     for &triangle in &self.topology.references[first as usize..][..count as usize] {
                         let Some(found) = crossing(ray, &self.triangles[triangle as usize]) else { continue };
@@ -76,17 +82,17 @@ impl<'a> Reference<'a> {
         best
     }
 
-    fn meets(&self, ray: &Ray, node: usize, end: f64) -> bool {
+    /// Where the ray enters the box of a node, if it meets it; rather too early than too late.
+    fn entry(&self, ray: &Ray, node: usize) -> Option<f64> {
         let [low, high] = self.boxes[node];
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let mut entry = f64::from(ray.t_min);
-        let mut exit = end + ROOM * end.abs();
+        let (mut entry, mut exit) = (f64::from(ray.t_min), f64::from(ray.t_max));
         for axis in 0..3 {
             let reach = (low[axis] - origin[axis]).abs().max((high[axis] - origin[axis]).abs());
             let (low, high) = (low[axis] - ROOM * reach, high[axis] + ROOM * reach);
             if direction[axis] == 0.0 {
                 if origin[axis] < low || origin[axis] > high {
-                    return false;
+                    return None;
                 }
                 continue;
             }
@@ -94,6 +100,6 @@ impl<'a> Reference<'a> {
             entry = entry.max(a.min(b));
             exit = exit.min(a.max(b));
         }
-        entry <= exit
+        (entry <= exit).then_some(entry)
     }
 }

@@ -36,7 +36,7 @@ pub(crate) fn cases(size: Size, watch: &Watch) -> Vec<Case> {
     let mut cases = Vec::new();
     for name in ["cornell", "teapot", "atrium"] {
         let scene = scenes::load(name).expect("it is built in");
-        let side = size.of(128, 1024);
+        let side = size.of(128, if name == "cornell" { 512 } else { 1024 });
         let view = View::new(&scene.camera, side, side);
         let pixels = (0..side * side).map(|pixel| view.primary_ray(pixel % side, pixel / side));
         let verdicts = judged(&scene.triangles(), &pixels.collect::<Vec<_>>(), watch);
@@ -102,7 +102,7 @@ fn sound(id: &str, about: &str, verdicts: &Verdicts) -> [Case; 2] {
 type Hard = (&'static str, &'static str, Vec<Triangle>, Vec<Ray>);
 
 fn hard(size: Size) -> Vec<Hard> {
-    let rays = size.of(4000, 200_000);
+    let rays = size.of(4000, 100_000);
     let centre = Vec3::new(1e7, -1e7, 1e7);
     let sphere = shapes::sphere(centre, 2000.0, 40);
     let apex = Vec3::new(7e3, 5e3, 3e3);

@@ -23,7 +23,15 @@ struct Closed {
     ray: fn(&[Triangle], &mut Random) -> Ray,
     /// The tests that are to keep the limit. For the others the rate is a remark: Moller and Trumbore promise nothing at edges.
     tests: &'static [TriangleTest],
+    /// Rays of a full run.
+    rays: usize,
 }
+
+/// Rays that tell a rate far below the limit.
+const MANY: usize = 1_000_000;
+
+/// Rays that tell the limit, where each of them is hard.
+const SOME: usize = 200_000;
 
 const WATERTIGHT: &[TriangleTest] = &[TriangleTest::Watertight];
 
@@ -44,6 +52,7 @@ fn surfaces() -> [Closed; 6] {
             triangles: shapes::sphere(EMBREE, 2.0, 125),
             ray: |_, random| from_around(EMBREE, 0.5, random),
             tests: &TriangleTest::ALL,
+            rays: MANY,
         },
         Closed {
             id: "sphere",
@@ -51,6 +60,7 @@ fn surfaces() -> [Closed; 6] {
             triangles: shapes::sphere(Vec3::ZERO, 1.0, 125),
             ray: |_, random| from_around(Vec3::ZERO, 0.5, random),
             tests: &TriangleTest::ALL,
+            rays: MANY,
         },
         Closed {
             id: "vertices",
@@ -61,6 +71,7 @@ fn surfaces() -> [Closed; 6] {
                 Ray::new(origin, vertex(triangles, random) - origin)
             },
             tests: WATERTIGHT,
+            rays: SOME,
         },
         Closed {
             id: "edges",
@@ -71,6 +82,7 @@ fn surfaces() -> [Closed; 6] {
                 Ray::new(Vec3::ZERO, a + random.unit() as f32 * (b - a))
             },
             tests: WATERTIGHT,
+            rays: SOME,
         },
         Closed {
             id: "from-vertices",
@@ -81,6 +93,7 @@ fn surfaces() -> [Closed; 6] {
                 Ray::new(origin, 0.5 * random.point() - origin)
             },
             tests: &TriangleTest::ALL,
+            rays: SOME,
         },
         Closed {
             id: "needles",
@@ -88,16 +101,18 @@ fn surfaces() -> [Closed; 6] {
             triangles: shapes::cone(Vec3::new(7e3, 5e3, 3e3), 1e-3, 64),
             ray: |_, random| from_around(Vec3::ZERO, 1e-4, random),
             tests: WATERTIGHT,
+            rays: SOME,
         },
     ]
 }
 
 pub(crate) fn cases(size: Size, watch: &Watch) -> Vec<Case> {
-    let rays = size.of(20_000, 1_000_000);
     let mut cases = Vec::new();
     for surface in surfaces() {
         let mut random = Random(2013);
-        let rays: Vec<Ray> = (0..rays).map(|_| (surface.ray)(&surface.triangles, &mut random)).collect();
+        let rays: Vec<Ray> = (0..size.of(20_000, surface.rays))
+            .map(|_| (surface.ray)(&surface.triangles, &mut random))
+            .collect();
         let rates = TriangleTest::ALL.map(|test| leaked(&surface.triangles, test, &rays, watch));
         for (test, (leaks, of)) in TriangleTest::ALL.into_iter().zip(rates) {
             if !surface.tests.contains(&test) {

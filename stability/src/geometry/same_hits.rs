@@ -187,7 +187,7 @@ fn in_plane(axis: usize, place: f32, triangles: &[Triangle], random: &mut Random
 }
 
 fn scenes(size: Size) -> Vec<Scene> {
-    let count = size.of(300, 4000);
+    let count = size.of(300, 2000);
     let mut random = Random(77);
     let lattice = shapes::lattice(8);
     let soup = shapes::soup(400, 5);
@@ -270,8 +270,8 @@ fn scenes(size: Size) -> Vec<Scene> {
         scene("box-faces", "rays in the faces of a BVH's boxes", &soup, in_boxes, usual, 0),
         scene("vertices", "rays from vertices to vertices and anywhere", &soup, from_vertices, usual, 0),
         scene("cells", "flat and empty cells, depths from 0 to 64, perfect splits", &soup, free, cells, 0),
-        scene("copies", "copies of one triangle", &copies, few(size.of(4, 8)), usual, 0),
-        scene("coplanar", "layers of one plane", &shapes::coplanar(many), few(size.of(4, 8)), usual, 0),
+        scene("copies", "copies of one triangle", &copies, few(4), usual, 0),
+        scene("coplanar", "layers of one plane", &shapes::coplanar(many), few(4), usual, 0),
         scene(
             "layers",
             "layers at neighbouring floats",

@@ -9,7 +9,9 @@ use cachesim::{Bytes, Hierarchy, LevelConfig, Levels, LineId, LineSize, Policy, 
 const LINE: u64 = 64;
 
 pub(crate) fn cases(size: Size, _: &Watch) -> Vec<Case> {
-    vec![resident(size, Ways::Full), resident(size, Ways::Count(8)), random(size)]
+    let ((full, of_sets), random) =
+        rayon::join(|| (resident(size, Ways::Full), resident(size, Ways::Count(8))), || random(size));
+    vec![full, of_sets, random]
 }
 
 /// Misses of a cache of `lines` lines.
