@@ -14,8 +14,10 @@ fn every_case_keeps_its_limit_and_the_suite_ends() {
     let (started, starting) = mpsc::channel();
     std::thread::spawn(move || {
         // Nobody listens any more once the test has failed.
-        let cases = all(Size::Quick, |group| drop(started.send(group)));
-        drop(sender.send(cases));
+        let cases = all(Size::Quick, |group| {
+            let _ = started.send(group);
+        });
+        let _ = sender.send(cases);
     });
     let cases: Vec<Case> = receiver.recv_timeout(LONGEST).unwrap_or_else(|error| {
         panic!("{error} after {LONGEST:?}, in the group {:?}", starting.try_iter().last());
