@@ -38,7 +38,7 @@ fn verb(case: &Case) -> &'static str {
 
 fn expected(case: &Case) -> String {
     match case.limit {
-        Limit::AtMost(limit) if limit == 0.0 => "0".to_owned(),
+        Limit::AtMost(0.0) => "0".to_owned(),
         Limit::AtMost(limit) => format!("<= {}", units::short(limit)),
         Limit::AtLeast(limit) => format!(">= {}", units::short(limit)),
     }

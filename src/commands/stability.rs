@@ -19,7 +19,7 @@ pub(super) fn run(args: &StabilityArgs, meter: &Meter) -> anyhow::Result<Outcome
         folder.check(&["stability.txt", "stability.md", "stability.json", "stability.csv"])?;
     }
     let size = if args.quick { Size::Quick } else { Size::Full };
-    let cases = stability::all(size, |group| console::status(group));
+    let cases = stability::all(size, console::status);
     let run = json!({
         "tool": TOOL,
         "quick": args.quick,
