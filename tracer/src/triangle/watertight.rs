@@ -134,3 +134,78 @@ impl TriangleGroup<WatertightTriangle> for WatertightGroup {
         hits
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that are equal, opposite, tiny, huge and none.
+    const VALUES: [f32; 12] =
+        [0.0, -0.0, 1.0, -1.0, 0.3, 0.5, 2.0, -0.7, 1e30, -1e-30, f32::INFINITY, f32::NAN];
+
+    struct Picks(u32);
+
+    impl Picks {
+        fn below(&mut self, limit: usize) -> usize {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (self.0 >> 16) as usize % limit
+        }
+
+        fn point(&mut self, kinds: usize) -> Vec3 {
+            Vec3::from([0; 3].map(|_| VALUES[self.below(kinds)]))
+        }
+    }
+
+    #[test]
+    fn a_group_gives_the_bits_of_each_of_its_triangles_and_no_hit_is_a_nan() {
+        let mut picks = Picks(1);
+        let (mut hits, mut misses) = (0, 0);
+        for _ in 0..50_000 {
+            let kinds = if picks.below(4) == 0 { VALUES.len() } else { 8 };
+            let ray = Ray { t_max: 10.0, ..Ray::new(picks.point(kinds), picks.point(kinds)) };
+            let all: [WatertightTriangle; GROUP] = std::array::from_fn(|_| {
+                WatertightTriangle::from(&Triangle { v: [0; 3].map(|_| picks.point(kinds)) })
+            });
+            let filled = &all[..1 + picks.below(GROUP)];
+            let found =
+                WatertightGroup::new(0, filled).intersect(WatertightTriangle::prepare(&ray), ray.t_max);
+            for lane in 0..GROUP {
+                let expected = filled.get(lane).and_then(|triangle| triangle.intersect(&ray, ray.t_max));
+                let hit = (found.lanes >> lane & 1 == 1).then(|| found.of_lane(lane));
+                assert_eq!(hit, expected, "{ray:?} {filled:?}");
+                assert!(hit.is_none_or(|(t, u, v)| (0.0..=10.0).contains(&t) && !u.is_nan() && !v.is_nan()));
+                hits += u32::from(hit.is_some());
+                misses += u32::from(hit.is_none());
+            }
+        }
+        assert!(hits > 1000 && misses > 1000, "{hits} hits and {misses} misses: both have to occur");
+    }
+
+    #[test]
+    fn a_ray_through_a_shared_edge_hits_a_triangle_at_any_scale() {
+        for exponent in [-60, -40, 0, 40, 60] {
+            let scale = 2.0_f32.powi(exponent);
+            let [a, b, c, d] =
+                [(0.1, 0.2), (0.9, 0.7), (0.1, 0.9), (0.8, 0.1)].map(|(x, y)| scale * Vec3::new(x, y, 1.0));
+            let pair = [[a, b, c], [b, a, d]].map(|v| WatertightTriangle::from(&Triangle { v }));
+            for step in 1..1000 {
+                let ray = Ray::new(Vec3::ZERO, (a + step as f32 / 1000.0 * (b - a)) / scale);
+                let hits =
+                    pair.iter().filter(|triangle| triangle.intersect(&ray, f32::INFINITY).is_some()).count();
+                assert!(hits > 0, "2^{exponent}, step {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn lines_and_directions_that_are_not_finite_are_missed() {
+        let line = [Vec3::new(-1.0, 0.1, 3.0), Vec3::new(0.3, 0.1, 3.0), Vec3::new(1.7, 0.1, 3.0)];
+        let ray = Ray::new(Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.1, 0.1, 3.0));
+        assert_eq!(WatertightTriangle::from(&Triangle { v: line }).intersect(&ray, 10.0), None);
+        let wall = WatertightTriangle::from(&Triangle { v: [Vec3::ZERO, Vec3::X, Vec3::Y] });
+        let from = |direction| wall.intersect(&Ray::new(Vec3::new(0.2, 0.2, -1.0), direction), 10.0);
+        assert_eq!(from(Vec3::Z).map(|hit| hit.0), Some(1.0));
+        assert_eq!(from(Vec3::new(0.0, 0.0, f32::INFINITY)), None);
+        assert_eq!(from(Vec3::ZERO), None);
+    }
+}
