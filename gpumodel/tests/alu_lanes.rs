@@ -34,8 +34,9 @@ fn a_part_of_a_warp_more_never_costs_time_and_an_instruction_never_takes_less_th
         for (pair, lanes) in times.windows(2).zip(lanes.windows(2)) {
             assert!(pair[1] <= pair[0] * (1.0 + rounding), "{fidelity:?}, {lanes:?} lanes: {pair:?} ms");
         }
+        // As one server that takes half a cycle for an instruction, 63.999 lanes would be 2 % faster.
         assert!(
-            (times[6] / times[7] - 1.0).abs() < 1e-3,
+            (times[6] / times[7] - 1.0).abs() < 5e-3,
             "just before and at whole warps: {fidelity:?}: {times:?}"
         );
     }
