@@ -250,6 +250,8 @@ pub(crate) enum VerifyWhat {
     Accuracy(AccuracyArgs),
     /// Run the access patterns of published measurements of real GPUs; exit code 1 when a row or a mean misses its limit.
     Hardware(HardwareArgs),
+    /// Drive tracer, solvers and models to the ends of their ranges; exit code 1 when a case misses its limit.
+    Stability(StabilityArgs),
 }
 
 #[derive(Args, Debug)]
@@ -316,6 +318,21 @@ pub(crate) struct AccuracyArgs {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
     /// Also write the tables and charts into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct StabilityArgs {
+    /// Every case with fewer rays and smaller caches: rates of one in a million are then not seen.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    /// Also write the table into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
@@ -398,6 +415,9 @@ pub(crate) struct FrameArgs {
     /// Width of the restart trail [default: 64].
     #[arg(long, value_name = "BITS", value_parser = PossibleValuesParser::new(["32", "64"]))]
     pub(crate) trail_bits: Option<String>,
+    /// How rays are tested against triangles [default: moeller-trumbore]. Costs of operations are those of the default for either.
+    #[arg(long, value_name = "TEST", value_parser = PossibleValuesParser::new(tracer::TriangleTest::ALL.map(tracer::TriangleTest::name)))]
+    pub(crate) triangle_test: Option<String>,
     /// kd-tree: how large a triangle is in a cell: its clamped box, or exactly the part inside [default: bounding-box].
     #[arg(long, value_name = "KIND", value_parser = PossibleValuesParser::new(["bounding-box", "perfect"]))]
     pub(crate) splits: Option<String>,

@@ -6,7 +6,13 @@ use crate::progress::Progress;
 use crate::settings::FrameSettings;
 use anyhow::bail;
 use scenes::{Light, Scene, Triangle};
-use tracer::{AccelerationStructure, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks, View};
+use tracer::{
+    AccelerationStructure, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks, TriangleTest, View,
+};
+
+/// What a report says of hits that are not those of the default test.
+const WATERTIGHT_NOTE: &str = "hits are those of the watertight triangle test of Woop, Benthin & Wald 2013; no shader of it was compiled, \
+                               so the report has the costs of Moeller-Trumbore";
 
 /// A scene whose primary rays can be traced.
 pub(crate) struct LoadedScene {
@@ -98,9 +104,14 @@ impl<'a> Frame<'a> {
     fn remarks(&self) -> SceneRemarks {
         let scene = &self.scene.scene;
         let omission = |entry: scenes::LeftOut| Omission { what: entry.what.to_owned(), why: entry.why };
+        let scene_notes = scene.notes.iter().map(|note| note.text());
+        let test_notes = match self.settings.build.triangle_test {
+            TriangleTest::MoellerTrumbore => None,
+            TriangleTest::Watertight => Some(WATERTIGHT_NOTE),
+        };
         SceneRemarks {
             left_out: scene.needs().left_out().into_iter().map(omission).collect(),
-            notes: scene.notes.iter().map(|note| note.text().to_owned()).collect(),
+            notes: scene_notes.chain(test_notes).map(str::to_owned).collect(),
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::args::FrameArgs;
 use anyhow::{anyhow, bail};
 use tracer::bvh::restart_trail::TrailBits;
 use tracer::kd::{FlatCells, KdOptions, Splits};
-use tracer::{Accel, BuildOptions, Traversal};
+use tracer::{Accel, BuildOptions, Traversal, TriangleTest};
 
 /// Longest side of an image: what the described GPUs can render to (Vulkan's maxImageDimension2D on Adreno 5xx).
 const MAX_SIDE: u32 = 16384;
@@ -68,6 +68,7 @@ impl FrameSettings {
             ci,
             short_stack,
             trail_bits,
+            triangle_test,
             splits,
             flat_cells,
             empty_bonus,
@@ -124,6 +125,7 @@ impl FrameSettings {
                 traversal_cost: ct.unwrap_or(plain.traversal_cost),
                 intersection_cost: ci.unwrap_or(plain.intersection_cost),
                 kd,
+                triangle_test: triangle_test.as_deref().and_then(TriangleTest::from_name).unwrap_or_default(),
             },
         })
     }

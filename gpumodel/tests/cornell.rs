@@ -4,7 +4,7 @@ mod common;
 
 use common::{SIZE, Traced};
 use gpumodel::{Maps, PrimitiveLayout, ReplayConfig, Replayed, Value, estimate, replay};
-use tracer::{Query, Tile, TileSource, Topology, TraceHeader, Traversal, WorkCounter, shadow_ray};
+use tracer::{Query, RayOffset, Tile, TileSource, Topology, TraceHeader, Traversal, WorkCounter};
 
 fn config(layout: PrimitiveLayout) -> ReplayConfig {
     ReplayConfig { primitive_layout: layout, ..common::config("fragment") }
@@ -17,6 +17,7 @@ fn cornell(traversal: Traversal) -> Traced {
 /// Work of all rays and their number, counted without a trace.
 fn work(traced: &Traced) -> (tracer::Work, u64) {
     let mut rays = 0;
+    let offset = RayOffset::new(&traced.triangles);
     let mut counter = WorkCounter::new(traced.structure.traversal().node_fetch());
     for (y, x) in (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (y, x))) {
         let ray = traced.view().primary_ray(x, y);
@@ -24,7 +25,7 @@ fn work(traced: &Traced) -> (tracer::Work, u64) {
         rays += 1;
         for &light in traced.lights.iter().filter(|_| hit.is_hit()) {
             let triangle = &traced.triangles[hit.primitive as usize];
-            let shadow = shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
+            let shadow = offset.shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
             traced.structure.trace(&shadow, Query::Any, &mut counter);
             rays += 1;
         }

@@ -2,7 +2,8 @@
 //!
 //! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`], [`chart`] and [`image`](mod@image) for eyes, [`comparison`] for several
 //! reports side by side, [`vendor`] for the names of the makers' profilers, [`budget`] for gates, [`claims`] for statements of others,
-//! [`hardware`] for measurements of others, [`accuracy`] for one rung of fidelity against another. Every writer takes the same value, so that no
+//! [`hardware`] for measurements of others, [`accuracy`] for one rung of fidelity against another, [`stability`](mod@stability) for the
+//! suite of numerical stability. Every writer takes the same value, so that no
 //! two of them can disagree. A counter that a scene or a GPU does not have keeps the reason for its absence through all of
 //! them. The crate writes into memory and never prints.
 
@@ -21,6 +22,7 @@ pub mod image;
 pub mod json;
 mod picture;
 mod report;
+pub mod stability;
 pub mod text;
 mod units;
 pub mod vendor;

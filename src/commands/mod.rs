@@ -9,6 +9,7 @@ pub(crate) mod profile;
 pub(crate) mod render;
 pub(crate) mod replay;
 pub(crate) mod shell;
+mod stability;
 pub(crate) mod trace;
 pub(crate) mod verify;
 pub(crate) mod whatif;

@@ -14,7 +14,7 @@ use crate::settings::{FrameSettings, start_threads};
 use rayon::prelude::*;
 use reports::image::{self, Rgb};
 use scenes::{Scene, Vec3};
-use tracer::{Query, Silent, View, shadow_ray};
+use tracer::{Query, RayOffset, Silent, View};
 
 /// Light that reaches every surface, so that shadows keep their shapes.
 const AMBIENT: f32 = 0.1;
@@ -26,8 +26,13 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let scene = LoadedScene::load(&args.scene)?;
     let frame = Frame::build(&scene, &settings)?;
     let (width, height) = (settings.size.width, settings.size.height);
-    let camera =
-        Camera { frame: &frame, view: frame.view(), lights: frame.lights(), colours: colours(&scene.scene) };
+    let camera = Camera {
+        frame: &frame,
+        view: frame.view(),
+        lights: frame.lights(),
+        offset: RayOffset::new(frame.triangles()),
+        colours: colours(&scene.scene),
+    };
     let progress = Progress::spinner("rendering");
     let mut pixels: Vec<Rgb> = vec![[0; 3]; width as usize * height as usize];
     let (shadow_rays, trace_s) = timed(|| {
@@ -63,6 +68,7 @@ struct Camera<'a> {
     frame: &'a Frame<'a>,
     view: View,
     lights: Vec<Vec3>,
+    offset: RayOffset,
     /// Linear, by triangle.
     colours: Vec<Vec3>,
 }
@@ -93,7 +99,7 @@ impl Camera<'_> {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let angle = |towards: Vec3| normal.dot(towards.normalize_or_zero()).abs();
         let seen = |&light: &Vec3| {
-            let shadow = shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
+            let shadow = self.offset.shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
             let hidden = structure.trace(&shadow, Query::Any, &mut Silent).is_hit();
             if hidden { 0.0 } else { angle(shadow.direction) }
         };

@@ -1,4 +1,4 @@
-//! `raybudget verify`: what others have stated or measured, held against this model.
+//! `raybudget verify`: what others have stated or measured, held against this model; and the model against itself.
 
 use crate::Outcome;
 use crate::args::{ClaimsArgs, Format, HardwareArgs, VerifyArgs, VerifyWhat};
@@ -24,6 +24,7 @@ pub(crate) fn run(args: &VerifyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         VerifyWhat::Claims(args) => verify_claims(args, meter),
         VerifyWhat::Accuracy(args) => super::accuracy::run(args, meter),
         VerifyWhat::Hardware(args) => verify_hardware(args, meter),
+        VerifyWhat::Stability(args) => super::stability::run(args, meter),
     }
 }
 

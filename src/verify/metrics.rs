@@ -4,7 +4,7 @@ use crate::frame::Frame;
 use crate::report::Answer;
 use gpumodel::{BufferTraffic, CacheRole, Gpu, IssueCounters, Pass};
 use std::time::Instant;
-use tracer::{Query, RaySet, Silent, shadow_ray};
+use tracer::{Query, RayOffset, RaySet, Silent};
 
 /// Runs of the unobserved tracer, of which the best counts.
 const CPU_RUNS: u32 = 3;
@@ -88,6 +88,7 @@ fn normal_error(offset: f64) -> f64 {
 /// Rays per second / 10^6 of the unobserved tracer on one thread.
 pub(super) fn cpu_mrays_per_second(frame: &Frame<'_>, [width, height]: [u32; 2]) -> f64 {
     let (view, lights, triangles) = (frame.view(), frame.lights(), frame.triangles());
+    let offset = RayOffset::new(triangles);
     let run = || {
         let mut rays = 0_u64;
         let start = Instant::now();
@@ -97,7 +98,7 @@ pub(super) fn cpu_mrays_per_second(frame: &Frame<'_>, [width, height]: [u32; 2])
             rays += 1;
             for &light in lights.iter().filter(|_| hit.is_hit()) {
                 let shadow =
-                    shadow_ray(&triangles[hit.primitive as usize], hit.u, hit.v, ray.direction, light);
+                    offset.shadow_ray(&triangles[hit.primitive as usize], hit.u, hit.v, ray.direction, light);
                 std::hint::black_box(frame.structure.trace(&shadow, Query::Any, &mut Silent));
                 rays += 1;
             }

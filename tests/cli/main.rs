@@ -10,6 +10,7 @@ mod miss_trace;
 mod outputs;
 mod render;
 mod results;
+mod stability;
 mod support;
 mod timed;
 mod vendor;

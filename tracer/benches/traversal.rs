@@ -6,8 +6,8 @@
 use obvhs::{BvhBuildParams, ray::RayHit, triangle::Triangle as PeerTriangle};
 use std::time::{Duration, Instant};
 use tracer::{
-    AccelerationStructure, BuildOptions, Hit, Query, Ray, RaySet, Recorder, Silent, Traversal, View,
-    shadow_ray,
+    AccelerationStructure, BuildOptions, Hit, Query, Ray, RayOffset, RaySet, Recorder, Silent, Traversal,
+    View,
 };
 
 const EDGE: u32 = 1024;
@@ -40,12 +40,14 @@ fn main() {
 
     let view = View::new(&scene.camera, EDGE, EDGE);
     let primary: Vec<Ray> = (0..EDGE * EDGE).map(|i| view.primary_ray(i % EDGE, i / EDGE)).collect();
+    let offset = RayOffset::new(&triangles);
     let shadow: Vec<Ray> = primary
         .iter()
         .filter_map(|ray| {
             let hit = stack.trace(ray, Query::Closest, &mut Silent);
-            hit.is_hit()
-                .then(|| shadow_ray(&triangles[hit.primitive as usize], hit.u, hit.v, ray.direction, light))
+            hit.is_hit().then(|| {
+                offset.shadow_ray(&triangles[hit.primitive as usize], hit.u, hit.v, ray.direction, light)
+            })
         })
         .collect();
 

@@ -2,13 +2,14 @@
 
 use crate::audit;
 use crate::bvh::restart_trail::{MAX_SHORT_STACK, TrailBits};
-use crate::bvh::{self, Bvh, BvhOptions};
+use crate::bvh::{self, BvhOptions};
 use crate::error::Error;
-use crate::grid::{self, Grid};
-use crate::kd::{self, KdCells, KdOptions, KdStatistics, KdTree};
+use crate::kd::KdOptions;
 use crate::observe::{LoopStructure, NodeFetch, Observer};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
+use crate::tree::Tree;
+use crate::triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
 use scenes::Triangle;
 use serde::{Deserialize, Serialize};
 
@@ -165,7 +166,7 @@ impl Traversal {
     }
 }
 
-/// How to build a structure. A grid takes nothing from it: its cells follow from the scene.
+/// How to build a structure. A grid takes nothing from it but the triangle test: its cells follow from the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildOptions {
     /// Cost of visiting an inner node, Ct; finite, at least 0.
@@ -174,13 +175,20 @@ pub struct BuildOptions {
     pub intersection_cost: f64,
     /// Options that only kd-trees have; its costs are replaced by the ones above.
     pub kd: KdOptions,
+    /// The test that the triangles are prepared for. The tree does not depend on it.
+    pub triangle_test: TriangleTest,
 }
 
 impl Default for BuildOptions {
-    /// Sousa et al. 2019: Ct = 3, Ci = 1.5, no triangle clipping, no empty-space bonus.
+    /// Sousa et al. 2019: Ct = 3, Ci = 1.5, no triangle clipping, no empty-space bonus, the test of Moller & Trumbore.
     fn default() -> Self {
         let BvhOptions { traversal_cost, intersection_cost, .. } = BvhOptions::MOBILE;
-        Self { traversal_cost, intersection_cost, kd: KdOptions::MOBILE }
+        Self {
+            traversal_cost,
+            intersection_cost,
+            kd: KdOptions::MOBILE,
+            triangle_test: TriangleTest::MoellerTrumbore,
+        }
     }
 }
 
@@ -195,31 +203,39 @@ pub struct LeafCounts {
     pub flat: u64,
 }
 
-enum Tree {
-    Bvh(Bvh),
-    LinkedBvh(Bvh, bvh::parent_link::ParentLinks),
-    Kd(KdTree),
-    KdWithCells(KdTree, KdCells),
-    Grid(Grid),
+/// The structure, by the test of its triangles.
+enum Trees {
+    MoellerTrumbore(Tree<PreparedTriangle>),
+    Watertight(Tree<WatertightTriangle>),
 }
 
 /// A structure together with the traversal that it was built for.
 pub struct AccelerationStructure {
-    tree: Tree,
+    trees: Trees,
     traversal: Traversal,
+}
+
+/// An expression of the tree, whatever its triangles are prepared for.
+macro_rules! with_tree {
+    ($structure:expr, $tree:ident => $value:expr) => {
+        match &$structure.trees {
+            Trees::MoellerTrumbore($tree) => $value,
+            Trees::Watertight($tree) => $value,
+        }
+    };
 }
 
 impl AccelerationStructure {
     /// Builds the structure that `traversal` walks.
     ///
     /// # Errors
-    /// Costs out of range, a short stack beyond its limit, more than 2^27 triangles.
+    /// Costs out of range, a short stack beyond its limit, more than 2^27 triangles, a corner that is not finite.
     pub fn build(
         triangles: &[Triangle],
         traversal: Traversal,
         options: &BuildOptions,
     ) -> Result<Self, Error> {
-        let BuildOptions { traversal_cost, intersection_cost, mut kd } = *options;
+        let BuildOptions { traversal_cost, intersection_cost, triangle_test, kd: _ } = *options;
         let costs_are_valid = traversal_cost.is_finite()
             && traversal_cost >= 0.0
             && intersection_cost.is_finite()
@@ -237,39 +253,24 @@ impl AccelerationStructure {
                 bvh::MAX_TRIANGLES
             )));
         }
+        if let Some(index) = triangles.iter().position(|t| !t.v.iter().all(|corner| corner.is_finite())) {
+            return Err(Error::Options(format!(
+                "triangle {index} has a corner that is not finite; remove it before building a structure"
+            )));
+        }
         let short_stack = traversal.short_stack();
         if short_stack > MAX_SHORT_STACK {
             return Err(Error::Options(format!(
                 "a short stack of {short_stack} entries: at most {MAX_SHORT_STACK} fit; use --traversal stack for a full one"
             )));
         }
-        kd.traversal_cost = traversal_cost;
-        kd.intersection_cost = intersection_cost;
-        let max_depth = match traversal {
-            Traversal::BvhRestartTrail { bits, .. } => bits.max_depth(),
-            _ => BvhOptions::MAX_DEPTH,
+        let trees = match triangle_test {
+            TriangleTest::MoellerTrumbore => {
+                Trees::MoellerTrumbore(Tree::build(triangles, traversal, options)?)
+            }
+            TriangleTest::Watertight => Trees::Watertight(Tree::build(triangles, traversal, options)?),
         };
-        let bvh = || Bvh::build(triangles, &BvhOptions { traversal_cost, intersection_cost, max_depth });
-        let tree = match traversal {
-            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => Tree::Bvh(bvh()),
-            Traversal::BvhParentLink => {
-                let bvh = bvh();
-                let links = bvh::parent_link::ParentLinks::new(&bvh);
-                Tree::LinkedBvh(bvh, links)
-            }
-            Traversal::KdStack | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
-                Tree::Kd(KdTree::build(triangles, &kd)?)
-            }
-            Traversal::KdBacktrack => {
-                // A point on the ray cannot leave a cell of zero thickness: flat cells are not for this traversal.
-                kd.flat_cells = kd::FlatCells::Forbidden;
-                let tree = KdTree::build(triangles, &kd)?;
-                let cells = KdCells::new(&tree);
-                Tree::KdWithCells(tree, cells)
-            }
-            Traversal::GridDda => Tree::Grid(Grid::build(triangles)?),
-        };
-        Ok(Self { tree, traversal })
+        Ok(Self { trees, traversal })
     }
 
     /// The traversal.
@@ -280,75 +281,32 @@ impl AccelerationStructure {
     /// Traces one ray.
     #[inline]
     pub fn trace<O: Observer>(&self, ray: &Ray, query: Query, observer: &mut O) -> Hit {
-        match (&self.tree, self.traversal) {
-            (Tree::Bvh(bvh), Traversal::BvhRestartTrail { bits, short_stack }) => {
-                bvh::restart_trail::trace(bvh, bits, short_stack, ray, query, observer)
-            }
-            (Tree::Bvh(bvh), _) => bvh::stack::trace(bvh, ray, query, observer),
-            (Tree::LinkedBvh(bvh, links), _) => bvh::parent_link::trace(bvh, links, ray, query, observer),
-            (Tree::Kd(tree), Traversal::KdRestart) => kd::restart::trace(tree, ray, query, observer),
-            (Tree::Kd(tree), Traversal::KdPushDown { short_stack }) => {
-                kd::push_down::trace(tree, short_stack, ray, query, observer)
-            }
-            (Tree::Kd(tree), _) => kd::stack::trace(tree, ray, query, observer),
-            (Tree::KdWithCells(tree, cells), _) => kd::backtrack::trace(tree, cells, ray, query, observer),
-            (Tree::Grid(grid), _) => grid::dda::trace(grid, ray, query, observer),
-        }
+        with_tree!(self, tree => tree.trace(self.traversal, ray, query, observer))
     }
 
     /// Links and references without geometry, as a trace needs them.
     pub fn topology(&self) -> Topology {
-        match &self.tree {
-            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => Topology::of_bvh(bvh),
-            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => Topology::of_kd(tree),
-            Tree::Grid(grid) => Topology::of_grid(grid),
-        }
+        with_tree!(self, tree => tree.topology())
     }
 
     /// Longest path from the root, in edges; 0 for a grid.
     pub fn depth(&self) -> u32 {
-        match &self.tree {
-            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.depth,
-            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.depth,
-            Tree::Grid(_) => 0,
-        }
+        with_tree!(self, tree => tree.depth())
     }
 
     /// How many leaves, or cells of a grid, there are, and of which kinds.
     pub fn leaf_counts(&self) -> LeafCounts {
-        match &self.tree {
-            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => {
-                LeafCounts { leaves: bvh.statistics().leaves, empty: 0, flat: 0 }
-            }
-            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => {
-                let KdStatistics { leaves, empty_leaves, flat_leaves, .. } = tree.statistics();
-                LeafCounts { leaves, empty: empty_leaves, flat: flat_leaves }
-            }
-            Tree::Grid(grid) => {
-                let statistics = grid.statistics();
-                LeafCounts { leaves: statistics.cells, empty: statistics.empty_cells, flat: 0 }
-            }
-        }
+        with_tree!(self, tree => tree.leaf_counts())
     }
 
     /// Inner nodes whose split costs more than a leaf would, see [`audit::splits_costlier_than_leaf`].
     pub fn splits_costlier_than_leaf(&self, traversal_cost: f64, intersection_cost: f64) -> u64 {
-        let areas = match &self.tree {
-            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => {
-                bvh.nodes().map(|node| node.bounds.half_area()).collect()
-            }
-            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.half_areas(),
-            Tree::Grid(_) => return 0,
-        };
+        let Some(areas) = with_tree!(self, tree => tree.half_areas()) else { return 0 };
         audit::splits_costlier_than_leaf(&self.topology(), &areas, [traversal_cost, intersection_cost])
     }
 
     /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area.
     pub fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
-        match &self.tree {
-            Tree::Bvh(bvh) | Tree::LinkedBvh(bvh, _) => bvh.sah_cost(traversal_cost, intersection_cost),
-            Tree::Kd(tree) | Tree::KdWithCells(tree, _) => tree.sah_cost(traversal_cost, intersection_cost),
-            Tree::Grid(grid) => grid.sah_cost(traversal_cost, intersection_cost),
-        }
+        with_tree!(self, tree => tree.sah_cost(traversal_cost, intersection_cost))
     }
 }

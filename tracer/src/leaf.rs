@@ -1,16 +1,16 @@
 //! The triangle loop of a leaf that refers to its triangles through a list: a leaf of a kd-tree or a cell of a grid.
 
 use crate::observe::{Observer, Op};
-use crate::ray::{Hit, Query, Ray};
-use crate::triangle::PreparedTriangle;
+use crate::ray::{Hit, Query};
+use crate::triangle::RayTriangle;
 
 /// The references of all leaves of a structure, and the triangles that they refer to.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct References<'a> {
+pub(crate) struct References<'a, P> {
     /// Triangle indices, leaf after leaf.
     pub(crate) list: &'a [u32],
     /// Triangles in file order.
-    pub(crate) triangles: &'a [PreparedTriangle],
+    pub(crate) triangles: &'a [P],
 }
 
 /// Tests a leaf's triangles and keeps the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
@@ -18,10 +18,10 @@ pub(crate) struct References<'a> {
 ///
 /// Returns whether the query is answered: [`Query::Any`] by the first hit.
 #[inline(always)]
-pub(crate) fn intersect<O: Observer>(
-    references: References<'_>,
+pub(crate) fn intersect<P: RayTriangle, O: Observer>(
+    references: References<'_, P>,
     (first, count): (u32, u32),
-    ray: &Ray,
+    ray: P::Ray<'_>,
     query: Query,
     best: &mut Hit,
     observer: &mut O,
@@ -30,7 +30,7 @@ pub(crate) fn intersect<O: Observer>(
     let list = &references.list[first as usize..first as usize + count as usize];
     for (position, &primitive) in (first..).zip(list) {
         observer.step(Op::Primitive, position);
-        if let Some((t, u, v)) = references.triangles[primitive as usize].intersect(ray, best.t)
+        if let Some((t, u, v)) = references.triangles[primitive as usize].test(ray, best.t)
             && (t < best.t || primitive < best.primitive)
         {
             *best = Hit { t, u, v, primitive };

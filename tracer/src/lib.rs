@@ -19,6 +19,7 @@ mod topology;
 mod trace;
 mod trace_file;
 mod tracing;
+mod tree;
 mod triangle;
 mod view;
 
@@ -36,5 +37,5 @@ pub use trace::{
 };
 pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};
-pub use triangle::PreparedTriangle;
-pub use view::{View, shadow_ray};
+pub use triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
+pub use view::{RayOffset, View};

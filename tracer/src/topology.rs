@@ -3,6 +3,7 @@
 use crate::bvh::{Bvh, BvhNodeKind};
 use crate::grid::Grid;
 use crate::kd::{KdNodeKind, KdTree};
+use crate::triangle::RayTriangle;
 
 /// A node's links.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +35,7 @@ pub struct Topology {
 
 impl Topology {
     /// The shape of a BVH.
-    pub fn of_bvh(bvh: &Bvh) -> Self {
+    pub fn of_bvh<P: RayTriangle>(bvh: &Bvh<P>) -> Self {
         let node = |node: crate::bvh::BvhNode| match node.kind {
             BvhNodeKind::Inner { left, .. } => TopologyNode::Inner { left },
             BvhNodeKind::Leaf { first, count } => TopologyNode::Leaf { first, count },
@@ -47,7 +48,7 @@ impl Topology {
     }
 
     /// The shape of a kd-tree.
-    pub fn of_kd(tree: &KdTree) -> Self {
+    pub fn of_kd<P: RayTriangle>(tree: &KdTree<P>) -> Self {
         let node = |node: &crate::kd::KdNode| match node.kind() {
             KdNodeKind::Inner { left, .. } => TopologyNode::Inner { left },
             KdNodeKind::Leaf { first, count } => TopologyNode::Leaf { first, count },
@@ -60,7 +61,7 @@ impl Topology {
     }
 
     /// The cells of a grid: leaves without a parent, numbered with x fastest and z slowest. A ray can begin at any of them.
-    pub fn of_grid(grid: &Grid) -> Self {
+    pub fn of_grid<P: RayTriangle>(grid: &Grid<P>) -> Self {
         let leaf = |cell| {
             let references = grid.cell(cell);
             TopologyNode::Leaf { first: references.start, count: references.len() as u32 }

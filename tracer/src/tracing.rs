@@ -6,7 +6,7 @@ use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::trace::{Frame, RayKind, Recorder, SceneRemarks, Tile, TileSource, TraceHeader};
-use crate::view::{View, shadow_ray};
+use crate::view::{RayOffset, View};
 use glam::Vec3;
 use scenes::Triangle;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -59,6 +59,8 @@ pub struct FrameTracer<'a> {
     raster: Option<Raster<'a>>,
     /// One set of shadow rays each.
     lights: Vec<Vec3>,
+    /// Where they begin.
+    offset: RayOffset,
     header: TraceHeader,
     topology: Topology,
     stalls: AtomicU64,
@@ -100,7 +102,9 @@ impl<'a> FrameTracer<'a> {
             remarks: SceneRemarks::default(),
         };
         let topology = structure.topology();
-        Self { structure, triangles, rays, raster: None, lights, header, topology, stalls: AtomicU64::new(0) }
+        let offset = RayOffset::new(triangles);
+        let stalls = AtomicU64::new(0);
+        Self { structure, triangles, rays, raster: None, lights, offset, header, topology, stalls }
     }
 
     /// The same tracer, which also lists what a rasteriser draws in each tile; a list of rays stays as it is.
@@ -160,7 +164,7 @@ impl<'a> FrameTracer<'a> {
                         continue;
                     }
                     let triangle = &self.triangles[hit.primitive as usize];
-                    let shadow = shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
+                    let shadow = self.offset.shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
                     let mut recorder = Recorder::new(set);
                     let occluder = self.structure.trace(&shadow, Query::Any, &mut recorder);
                     stalls += recorder.stalls();

@@ -42,36 +42,94 @@ impl View {
     }
 }
 
-/// The shadow ray from a hit of `incoming` at barycentrics (`u`, `v`) of `triangle` to a point light: `t` from 0 at the surface to
-/// 1 at the light.
+/// By how much the origins of shadow rays are moved off their surface, in one scene.
 ///
-/// The origin is moved off the surface, to the side that `incoming` came from, by a distance that follows the size of the
-/// coordinates (Waechter & Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems, chapter 6), never by
-/// a fixed epsilon.
-#[inline]
-pub fn shadow_ray(triangle: &Triangle, u: f32, v: f32, incoming: Vec3, light: Vec3) -> Ray {
-    let [a, b, c] = triangle.v;
-    let (e1, e2) = (b - a, c - a);
-    let point = a + e1 * u + e2 * v;
-    let normal = e1.cross(e2).normalize_or_zero();
-    let facing = if normal.dot(incoming) > 0.0 { -normal } else { normal };
-    let origin = offset_origin(point, facing);
-    Ray { origin, t_min: 0.0, direction: light - origin, t_max: 1.0 }
+/// Waechter & Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems, chapter 6: by up to 256 ulps of a
+/// coordinate, and of coordinates near zero, which have hardly any ulps, by a fixed step. Their constants are for scenes with
+/// coordinates beyond 1/32; a smaller scene would lie within one step, so there they shrink with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayOffset {
+    /// Coordinates below this are near zero.
+    near_zero: f32,
+    /// How far these are moved along a unit normal.
+    step: f32,
 }
 
-/// Moves `point` along the unit vector `normal`: by up to 256 ulps per axis away from zero, by 1/65536 of the normal near zero.
-fn offset_origin(point: Vec3, normal: Vec3) -> Vec3 {
+impl RayOffset {
+    /// Largest distance from zero that counts as near, in scenes with coordinates beyond it.
     const NEAR_ZERO: f32 = 1.0 / 32.0;
-    const NEAR_ZERO_STEP: f32 = 1.0 / 65536.0;
+    /// Steps within the distance that counts as near.
+    const STEPS: f32 = 2048.0;
+    /// Ulps of other coordinates.
     const ULPS: f32 = 256.0;
-    let ulps: IVec3 = (normal * ULPS).as_ivec3();
-    Vec3::from_array(std::array::from_fn(|axis| {
-        let p = point[axis];
-        if p.abs() < NEAR_ZERO {
-            p + NEAR_ZERO_STEP * normal[axis]
-        } else {
-            let step = if p < 0.0 { -ulps[axis] } else { ulps[axis] };
-            f32::from_bits(p.to_bits().wrapping_add_signed(step))
+
+    /// For a scene of these triangles.
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let corners = triangles.iter().flat_map(|triangle| triangle.v);
+        let largest = corners.fold(0.0, |largest: f32, corner| largest.max(corner.abs().max_element()));
+        let near_zero = largest.min(Self::NEAR_ZERO);
+        Self { near_zero, step: near_zero / Self::STEPS }
+    }
+
+    /// Moves `point` along the unit vector `normal`.
+    fn apply(&self, point: Vec3, normal: Vec3) -> Vec3 {
+        let ulps: IVec3 = (normal * Self::ULPS).as_ivec3();
+        Vec3::from_array(std::array::from_fn(|axis| {
+            let p = point[axis];
+            if p.abs() < self.near_zero {
+                p + self.step * normal[axis]
+            } else {
+                let step = if p < 0.0 { -ulps[axis] } else { ulps[axis] };
+                f32::from_bits(p.to_bits().wrapping_add_signed(step))
+            }
+        }))
+    }
+
+    /// The shadow ray from a hit of `incoming` at barycentrics (`u`, `v`) of `triangle` to a point light: `t` from 0 at the surface to
+    /// 1 at the light. The origin is moved to the side that `incoming` came from.
+    #[inline]
+    pub fn shadow_ray(&self, triangle: &Triangle, u: f32, v: f32, incoming: Vec3, light: Vec3) -> Ray {
+        let [a, b, c] = triangle.v;
+        let (e1, e2) = (b - a, c - a);
+        let point = a + e1 * u + e2 * v;
+        let mut normal = e1.cross(e2).normalize_or_zero();
+        if normal == Vec3::ZERO {
+            // Edges below 1e-9 or above 1e9: the square of the area has left the range of f32.
+            normal = e1.as_dvec3().cross(e2.as_dvec3()).normalize_or_zero().as_vec3();
         }
-    }))
+        let facing = if normal.dot(incoming) > 0.0 { -normal } else { normal };
+        let origin = self.apply(point, facing);
+        Ray { origin, t_min: 0.0, direction: light - origin, t_max: 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(largest: f32) -> RayOffset {
+        RayOffset::new(&[Triangle {
+            v: [Vec3::ZERO, Vec3::new(0.0, largest, 0.0), Vec3::new(-0.5 * largest, 0.0, 0.0)],
+        }])
+    }
+
+    #[test]
+    fn coordinates_near_zero_move_by_the_published_step_in_scenes_that_reach_beyond_it_and_by_less_in_smaller_ones()
+     {
+        let moved = |largest: f32| scene(largest).apply(Vec3::ZERO, Vec3::Z).z;
+        assert_eq!([moved(1.0 / 32.0), moved(1.0), moved(1e10)], [1.0 / 65536.0; 3]);
+        assert_eq!(moved(1.0 / 64.0), 1.0 / 131_072.0);
+        assert!(moved(1e-20) < 1e-23 && moved(1e-20) > 0.0);
+    }
+
+    #[test]
+    fn other_coordinates_move_away_along_the_normal_by_256_ulps() {
+        for p in [1.0_f32, -1.0, 3e7] {
+            for side in [1.0, -1.0] {
+                let moved = scene(1e8).apply(Vec3::splat(p), Vec3::X * side);
+                let ulps = (i64::from(moved.x.to_bits()) - i64::from(p.to_bits())).abs();
+                assert_eq!((ulps, (moved.x - p).signum(), moved.y), (256, side, p));
+            }
+        }
+    }
 }

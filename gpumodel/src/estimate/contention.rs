@@ -88,9 +88,13 @@ impl InPhase<'_> {
         let of_all_cores = f64::from(gpu.cores.count) / turns;
         let servers = servers(gpu);
         let single = |name, demand| Station { variability: 0.0, ..Station::single(name, demand) };
+        let alu = demand.alu * of_all_cores * f64::from(servers);
+        // Lanes beyond those of whole warps take more instructions, and none of them sooner than in a cycle.
+        let warps_in_lanes = gpu.cores.alu_lanes / f64::from(gpu.cores.warp_width);
+        let result = alu * (warps_in_lanes / f64::from(servers) - 1.0).max(0.0);
         let sharers = cores.round().max(1.0) as u32;
         let mut stations = vec![
-            Station { servers, ..single("ALU issue", demand.alu * of_all_cores * f64::from(servers)) },
+            Station { servers, ..single("ALU issue", alu) },
             single("EFU issue", demand.efu * of_all_cores),
             single("load/store port", demand.load_store * of_all_cores),
             Station { sharers, ..single("triangle setup", demand.setup / turns) },
@@ -154,7 +158,7 @@ impl InPhase<'_> {
         let latency = (turn_cycles / gpu.clock.hz - of_a_line).max(0.0);
         let network = Network {
             customers: (window.warp_ticks as f64 / window_turns).max(1.0),
-            think_time: latency * waits / window_turns,
+            think_time: latency * waits / window_turns + result,
             stations,
         };
         (network, self.in_flight(window, lines, line_cycles))

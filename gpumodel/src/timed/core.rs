@@ -12,8 +12,10 @@ use std::sync::Arc;
 pub(super) struct Rates {
     /// Warps that compute at once.
     pub(super) servers: u32,
-    /// Cycles of one instruction of a warp on the ALU.
+    /// Cycles for which one instruction of a warp keeps others from a place on the ALU.
     pub(super) alu_cycles: f64,
+    /// Cycles after which it has its result: as many, but at least one.
+    pub(super) alu_latency: f64,
     /// Cycles of one instruction of a warp on the elementary function unit.
     pub(super) efu_cycles: f64,
 }
@@ -23,11 +25,14 @@ impl Rates {
         let cores = &gpu.cores;
         let width = f64::from(cores.warp_width);
         let servers = servers(gpu);
-        Self {
-            servers,
-            alu_cycles: f64::from(servers) * width / cores.alu_lanes,
-            efu_cycles: width / cores.efu_lanes,
-        }
+        let alu_cycles = f64::from(servers) * width / cores.alu_lanes;
+        Self { servers, alu_cycles, alu_latency: alu_cycles.max(1.0), efu_cycles: width / cores.efu_lanes }
+    }
+
+    /// Whether a warp's place on the ALU is free again before the warp has its results: where the lanes hold a part of a warp more than
+    /// whole ones.
+    pub(super) fn alu_is_free_early(&self) -> bool {
+        self.alu_cycles < self.alu_latency
     }
 }
 

@@ -23,6 +23,8 @@ pub(super) enum Event {
     Ready(u32),
     /// The warp at a place has computed what its turn computes on the ALU.
     Computed(u32),
+    /// The ALU of a core takes another warp, before the one that it had has its results.
+    Issued(u32),
     /// The warp at a place has what it needs of the elementary function unit.
     Functions(u32),
     /// The load/store unit of a core goes on.

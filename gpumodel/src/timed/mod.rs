@@ -242,6 +242,7 @@ impl Machine {
             match event {
                 Event::Ready(place) => self.ready(place),
                 Event::Computed(place) => self.computed(place),
+                Event::Issued(core) => self.issued(core),
                 Event::Functions(place) => self.functions(place),
                 Event::LoadStore(core) => self.load_store(core),
                 Event::Unblock(level, copy) => self.memory.unblock(self.now, level, copy, &mut self.events),
@@ -309,17 +310,22 @@ impl Machine {
             let Some(place) = state.take_ready() else { return };
             let Some(warp) = &mut self.resident[place as usize] else { continue };
             self.phase.warps.waiting_to_compute += Self::since(warp, self.now);
-            let cycles = f64::from(warp.stream.turns[warp.turn].alu) * self.rates.alu_cycles;
+            let instructions = f64::from(warp.stream.turns[warp.turn].alu);
             state.computing += 1;
             self.computing += 1;
-            self.events.push(self.now + cycles, Event::Computed(place));
+            if self.rates.alu_is_free_early() {
+                self.events.push(self.now + instructions * self.rates.alu_cycles, Event::Issued(core));
+            }
+            self.events.push(self.now + instructions * self.rates.alu_latency, Event::Computed(place));
         }
     }
 
     fn computed(&mut self, place: u32) {
         let core = place / self.slots;
         let state = &mut self.cores[core as usize];
-        state.computing -= 1;
+        if !self.rates.alu_is_free_early() {
+            state.computing -= 1;
+        }
         self.computing -= 1;
         let Some(warp) = &mut self.resident[place as usize] else { return };
         self.phase.warps.computing += Self::since(warp, self.now);
@@ -331,6 +337,11 @@ impl Machine {
         } else {
             self.ask_port(place);
         }
+        self.dispatch(core);
+    }
+
+    fn issued(&mut self, core: u32) {
+        self.cores[core as usize].computing -= 1;
         self.dispatch(core);
     }
 

@@ -2,8 +2,8 @@
 
 use super::tree::{Bvh, NodeRef};
 use crate::observe::{Observer, Op};
-use crate::ray::{Hit, Ray};
-use crate::triangle::GROUP;
+use crate::ray::Hit;
+use crate::triangle::{GROUP, RayTriangle, TriangleGroup};
 
 /// Tests a leaf's triangles, keeping the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
 /// every structure gives the same answer. With `any`, returns at the first hit. Returns whether a hit was found.
@@ -11,10 +11,10 @@ use crate::triangle::GROUP;
 /// Triangles are tested in groups. Hits and steps are those of a loop over single triangles: with `any`, the triangles behind the
 /// first hit of a group count as not tested.
 #[inline(always)]
-pub(super) fn intersect<O: Observer>(
-    bvh: &Bvh,
+pub(super) fn intersect<P: RayTriangle, O: Observer>(
+    bvh: &Bvh<P>,
     leaf: NodeRef,
-    ray: &Ray,
+    ray: P::Ray<'_>,
     any: bool,
     best: &mut Hit,
     observer: &mut O,
@@ -28,7 +28,7 @@ pub(super) fn intersect<O: Observer>(
         let hits = group.intersect(ray, best.t);
         let filled = (count - index * GROUP).min(GROUP) as u32;
         let tested = if any && hits.lanes != 0 { hits.lanes.trailing_zeros() + 1 } else { filled };
-        for position in group.first..group.first + tested {
+        for position in group.first()..group.first() + tested {
             observer.step(Op::Primitive, position);
         }
         let mut lanes = hits.lanes;
@@ -36,7 +36,7 @@ pub(super) fn intersect<O: Observer>(
             let lane = lanes.trailing_zeros();
             lanes &= lanes - 1;
             let (t, u, v) = hits.of_lane(lane as usize);
-            let primitive = bvh.references[(group.first + lane) as usize];
+            let primitive = bvh.references[(group.first() + lane) as usize];
             if t < best.t || (t <= best.t && primitive < best.primitive) {
                 *best = Hit { t, u, v, primitive };
                 found = true;
@@ -53,7 +53,7 @@ pub(super) fn intersect<O: Observer>(
 mod tests {
     use super::*;
     use crate::bvh::{BvhOptions, stack};
-    use crate::ray::Query;
+    use crate::ray::{Query, Ray};
     use glam::Vec3;
     use scenes::Triangle;
 

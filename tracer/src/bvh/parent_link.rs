@@ -10,6 +10,7 @@ use super::tree::{Bvh, BvhNodeKind, NodeRef};
 use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 
 /// What the traversal needs beside the tree: each node's parent (the root is its own), 48-byte records on a GPU.
 #[derive(Clone, Debug)]
@@ -19,7 +20,7 @@ pub struct ParentLinks {
 
 impl ParentLinks {
     /// Computes the links of a tree.
-    pub fn new(bvh: &Bvh) -> Self {
+    pub fn new<P: RayTriangle>(bvh: &Bvh<P>) -> Self {
         let mut parents = vec![0; bvh.node_count() as usize];
         for (index, node) in (0..).zip(bvh.nodes()) {
             if let BvhNodeKind::Inner { left, .. } = node.kind {
@@ -39,7 +40,14 @@ enum From {
 }
 
 /// Traces one ray. Each node is entered at most once in each of the three states, which bounds the loop.
-pub fn trace<O: Observer>(bvh: &Bvh, links: &ParentLinks, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+pub fn trace<P: RayTriangle, O: Observer>(
+    bvh: &Bvh<P>,
+    links: &ParentLinks,
+    ray: &Ray,
+    query: Query,
+    observer: &mut O,
+) -> Hit {
+    let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
     // Siblings are neighbours: the far child is the other one of the pair.
@@ -74,7 +82,7 @@ pub fn trace<O: Observer>(bvh: &Bvh, links: &ParentLinks, ray: &Ray, query: Quer
             from = From::Parent;
             continue;
         }
-        let found = hit && leaf::intersect(bvh, node, ray, query == Query::Any, &mut best, observer);
+        let found = hit && leaf::intersect(bvh, node, prepared, query == Query::Any, &mut best, observer);
         if (found && query == Query::Any) || current == 0 {
             return best;
         }

@@ -9,6 +9,7 @@ use super::tree::{Bvh, NodeRef};
 use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 
 /// Width of the trail, which limits the depth of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -75,8 +76,8 @@ impl ShortStack {
 /// # Panics
 /// When the tree is deeper than the trail, or the short stack larger than its limit: the caller checks both, see
 /// [`AccelerationStructure::build`](crate::AccelerationStructure::build).
-pub fn trace<O: Observer>(
-    bvh: &Bvh,
+pub fn trace<P: RayTriangle, O: Observer>(
+    bvh: &Bvh<P>,
     bits: TrailBits,
     short_stack: u32,
     ray: &Ray,
@@ -84,6 +85,7 @@ pub fn trace<O: Observer>(
     observer: &mut O,
 ) -> Hit {
     assert!(bvh.depth <= bits.max_depth() && short_stack <= MAX_SHORT_STACK);
+    let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
     observer.step(Op::Node, 0);
@@ -139,7 +141,7 @@ pub fn trace<O: Observer>(
                 }
                 continue;
             }
-        } else if leaf::intersect(bvh, node, ray, query == Query::Any, &mut best, observer)
+        } else if leaf::intersect(bvh, node, prepared, query == Query::Any, &mut best, observer)
             && query == Query::Any
         {
             return best;

@@ -5,6 +5,7 @@ use super::tree::{Bvh, NodeRef};
 use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 use std::mem::MaybeUninit;
 
 /// Stack capacity: one far sibling per level of the deepest tree.
@@ -18,15 +19,16 @@ struct Entry {
 
 /// Traces one ray. Every node is visited at most once, so the loop is bounded by the tree.
 #[inline]
-pub fn trace<O: Observer>(bvh: &Bvh, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+pub fn trace<P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, query: Query, observer: &mut O) -> Hit {
     match query {
-        Query::Closest => run::<false, O>(bvh, ray, observer),
-        Query::Any => run::<true, O>(bvh, ray, observer),
+        Query::Closest => run::<false, P, O>(bvh, ray, observer),
+        Query::Any => run::<true, P, O>(bvh, ray, observer),
     }
 }
 
 #[inline(never)]
-fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> Hit {
+fn run<const ANY: bool, P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, observer: &mut O) -> Hit {
+    let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
     observer.step(Op::Node, 0);
@@ -76,7 +78,7 @@ fn run<const ANY: bool, O: Observer>(bvh: &Bvh, ray: &Ray, observer: &mut O) -> 
                 node = right;
                 continue;
             }
-        } else if leaf::intersect(bvh, node, ray, ANY, &mut best, observer) && ANY {
+        } else if leaf::intersect(bvh, node, prepared, ANY, &mut best, observer) && ANY {
             return best;
         }
         loop {

@@ -7,7 +7,7 @@
 
 use super::tree::{Bvh, BvhNode, BvhNodeKind};
 use crate::aabb::{Aabb, PlaneSlack};
-use crate::triangle::PreparedTriangle;
+use crate::triangle::RayTriangle;
 use rayon::prelude::*;
 use scenes::Triangle;
 
@@ -73,12 +73,22 @@ struct Split {
 }
 
 impl Bvh {
+    /// [`Bvh::build_for`] the test of Moller & Trumbore.
+    ///
+    /// # Panics
+    /// As [`Bvh::build_for`].
+    pub fn build(triangles: &[Triangle], options: &BvhOptions) -> Self {
+        Self::build_for(triangles, options)
+    }
+}
+
+impl<P: RayTriangle> Bvh<P> {
     /// Builds the tree. The same bytes come out on any number of threads.
     ///
     /// # Panics
     /// With more than 2^27 triangles, or a depth limit that cannot hold them: the caller checks both, see
     /// [`AccelerationStructure::build`](crate::AccelerationStructure::build).
-    pub fn build(triangles: &[Triangle], options: &BvhOptions) -> Self {
+    pub fn build_for(triangles: &[Triangle], options: &BvhOptions) -> Self {
         assert!(triangles.len() <= MAX_TRIANGLES);
         assert!(options.max_depth <= BvhOptions::MAX_DEPTH);
         assert!(triangles.len() <= 1_usize << options.max_depth.min(40));
@@ -110,8 +120,7 @@ impl Bvh {
         let depth = place(draft, 0, 0, &mut nodes);
         // Every leaf left its primitives, in order, in all three lists.
         let [references, ..] = lists;
-        let prepared: Vec<_> =
-            references.iter().map(|&id| PreparedTriangle::from(&triangles[id as usize])).collect();
+        let prepared: Vec<P> = references.iter().map(|&id| P::from(&triangles[id as usize])).collect();
         let bvh = Self::from_nodes(&nodes, references, &prepared, depth, PlaneSlack::new(&boxes));
         debug_assert!(triangles.len() > 50_000 || bvh.validate(triangles) == Ok(()));
         bvh

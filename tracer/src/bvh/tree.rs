@@ -1,7 +1,7 @@
 //! The BVH as data.
 
 use crate::aabb::{Aabb, PlaneSlack};
-use crate::triangle::{GROUP, PreparedTriangle, TriangleGroup};
+use crate::triangle::{GROUP, PreparedTriangle, RayTriangle, TriangleGroup};
 use glam::Vec3;
 
 /// One node, unpacked: its box and its links.
@@ -109,11 +109,11 @@ impl NodePair {
     }
 }
 
-/// A binary BVH over triangles; every triangle is in exactly one leaf.
+/// A binary BVH over triangles, prepared for a test as `P`; every triangle is in exactly one leaf.
 ///
 /// Node 0 is the root; siblings are neighbours, the left one at an odd index. A pair lies before the pairs below it.
 #[derive(Clone, Debug)]
-pub struct Bvh {
+pub struct Bvh<P: RayTriangle = PreparedTriangle> {
     pub(crate) root_bounds: Aabb,
     pub(crate) slack: PlaneSlack,
     pub(crate) root: NodeRef,
@@ -121,7 +121,7 @@ pub struct Bvh {
     pub(crate) pairs: Vec<NodePair>,
     pub(crate) references: Vec<u32>,
     /// The triangles of each leaf in reference order; a leaf begins a new group.
-    pub(super) groups: Vec<TriangleGroup>,
+    pub(super) groups: Vec<P::Group>,
     pub(crate) depth: u32,
 }
 
@@ -138,12 +138,12 @@ pub struct BvhStatistics {
     pub depth: u32,
 }
 
-impl Bvh {
+impl<P: RayTriangle> Bvh<P> {
     /// Stores nodes, root first, siblings adjacent; `triangles` in reference order.
     pub(super) fn from_nodes(
         nodes: &[BvhNode],
         references: Vec<u32>,
-        triangles: &[PreparedTriangle],
+        triangles: &[P],
         depth: u32,
         slack: PlaneSlack,
     ) -> Self {
@@ -156,8 +156,7 @@ impl Bvh {
                     let group = groups.len() as u32;
                     let positions = (first..first + count).step_by(GROUP);
                     let chunks = triangles[first as usize..][..count as usize].chunks(GROUP);
-                    groups
-                        .extend(positions.zip(chunks).map(|(first, chunk)| TriangleGroup::new(first, chunk)));
+                    groups.extend(positions.zip(chunks).map(|(first, chunk)| P::Group::new(first, chunk)));
                     NodeRef::leaf(group, count)
                 }
             })
@@ -191,7 +190,7 @@ impl Bvh {
             BvhNodeKind::Inner { axis: links.axis(), left: links.link }
         } else {
             // Only the empty root has no group.
-            let first = self.groups.get(links.link as usize).map_or(0, |group| group.first);
+            let first = self.groups.get(links.link as usize).map_or(0, |group| group.first());
             BvhNodeKind::Leaf { first, count: links.count() }
         };
         BvhNode { bounds, kind }

@@ -5,7 +5,7 @@ use super::resolution::resolution;
 use crate::aabb::{Aabb, PlaneSlack};
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::Error;
-use crate::triangle::PreparedTriangle;
+use crate::triangle::RayTriangle;
 use glam::DVec3;
 use scenes::Triangle;
 
@@ -20,12 +20,22 @@ impl Grid {
     /// Most references of a grid, however many triangles it has.
     pub const MAX_REFERENCES: u64 = 1 << 28;
 
+    /// [`Grid::build_for`] the test of Moller & Trumbore.
+    ///
+    /// # Errors
+    /// As [`Grid::build_for`].
+    pub fn build(triangles: &[Triangle]) -> Result<Self, Error> {
+        Self::build_for(triangles)
+    }
+}
+
+impl<P: RayTriangle> Grid<P> {
     /// Builds a grid over `triangles` (finite corners; degenerate ones are welcome). Time and memory are linear in cells and
     /// references, both of which are bounded.
     ///
     /// # Errors
     /// Too many triangles, a corner that is not finite.
-    pub fn build(triangles: &[Triangle]) -> Result<Self, Error> {
+    pub fn build_for(triangles: &[Triangle]) -> Result<Self, Error> {
         if triangles.len() > MAX_TRIANGLES {
             return Err(Error::Options(format!(
                 "{} triangles: a grid holds at most {MAX_TRIANGLES}; split the scene",
@@ -39,8 +49,8 @@ impl Grid {
         }
         let boxes: Vec<Aabb> = triangles.iter().map(Aabb::of_triangle).collect();
         let slack = PlaneSlack::new(&boxes);
-        let limit = Self::REFERENCES_PER_TRIANGLE * triangles.len() as u64 + Self::FREE_REFERENCES;
-        let limit = limit.min(Self::MAX_REFERENCES);
+        let limit = Grid::REFERENCES_PER_TRIANGLE * triangles.len() as u64 + Grid::FREE_REFERENCES;
+        let limit = limit.min(Grid::MAX_REFERENCES);
         let mut lattice = Lattice::new(&slack, resolution(extent(slack.scene()), triangles.len()));
         while boxes.iter().map(|bounds| lattice.cells_met(bounds)).sum::<u64>() > limit {
             lattice = Lattice::new(&slack, lattice.resolution.map(|cells| cells.div_ceil(2)));
@@ -58,7 +68,7 @@ impl Grid {
             starts,
             references,
             slack,
-            triangles: triangles.iter().map(PreparedTriangle::from).collect(),
+            triangles: triangles.iter().map(P::from).collect(),
         })
     }
 }

@@ -2,15 +2,15 @@
 
 use crate::aabb::{Aabb, PlaneSlack};
 use crate::leaf::References;
-use crate::triangle::PreparedTriangle;
+use crate::triangle::{PreparedTriangle, RayTriangle};
 use std::ops::Range;
 
-/// A uniform grid over triangles. Cell `x + nx * (y + ny * z)` holds the triangles whose boxes, widened by
+/// A uniform grid over triangles, prepared for a test as `P`. Cell `x + nx * (y + ny * z)` holds the triangles whose boxes, widened by
 /// [`Grid::margin`], meet it. The outermost cells reach to infinity.
 ///
 /// In memory a cell is one index, as in the compact grid of Lagae & Dutré 2008: its references end where those of the next begin.
 #[derive(Clone, Debug)]
-pub struct Grid {
+pub struct Grid<P: RayTriangle = PreparedTriangle> {
     pub(super) resolution: [u32; 3],
     /// By axis, the planes below each cell and above the last one: the first is minus, the last plus infinity. A shader computes
     /// them: `min + index * width`.
@@ -23,7 +23,7 @@ pub struct Grid {
     pub(super) references: Vec<u32>,
     pub(super) slack: PlaneSlack,
     /// Triangles in file order, prepared for the test.
-    pub(super) triangles: Vec<PreparedTriangle>,
+    pub(super) triangles: Vec<P>,
 }
 
 /// Counts over a grid.
@@ -39,7 +39,7 @@ pub struct GridStatistics {
     pub largest_cell: u64,
 }
 
-impl Grid {
+impl<P: RayTriangle> Grid<P> {
     /// Cells along x, y and z.
     pub fn resolution(&self) -> [u32; 3] {
         self.resolution
@@ -105,7 +105,7 @@ impl Grid {
 
     /// What its cells refer to.
     #[inline(always)]
-    pub(super) fn leaves(&self) -> References<'_> {
+    pub(super) fn leaves(&self) -> References<'_, P> {
         References { list: &self.references, triangles: &self.triangles }
     }
 }

@@ -13,6 +13,7 @@ use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::{PlaneRay, RayAxis};
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 
 /// The ray's place on one axis.
 #[derive(Clone, Copy)]
@@ -68,8 +69,9 @@ impl<'a> Walk<'a> {
 /// Traces one ray. Each step leaves a cell for good on one axis, which bounds the loop by the cells along all axes: there is
 /// nothing to stall on.
 #[inline]
-pub fn trace<O: Observer>(grid: &Grid, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+pub fn trace<P: RayTriangle, O: Observer>(grid: &Grid<P>, ray: &Ray, query: Query, observer: &mut O) -> Hit {
     let mut best = Hit::miss(ray.t_max);
+    let prepared = P::prepare(ray);
     let Some((plane_ray, interval)) = PlaneRay::new(&grid.slack, ray, observer) else { return best };
     let [nx, ny, _] = grid.resolution;
     let strides = [1, nx, nx * ny];
@@ -89,7 +91,7 @@ pub fn trace<O: Observer>(grid: &Grid, ray: &Ray, query: Query, observer: &mut O
         observer.step(Op::Node, cell);
         let first = grid.starts[cell as usize];
         let count = grid.starts[cell as usize + 1] - first;
-        let answered = leaf::intersect(grid.leaves(), (first, count), ray, query, &mut best, observer);
+        let answered = leaf::intersect(grid.leaves(), (first, count), prepared, query, &mut best, observer);
         let [x, y, z] = walks.map(|walk| walk.ahead);
         let axis = if x < y {
             if x < z { 0 } else { 2 }

@@ -13,12 +13,20 @@ use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::PlaneRay;
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 
 /// Traces one ray; `cells` are those of `tree`. Each node is entered from above and left upwards at most once, which bounds the
 /// loops.
 #[inline]
-pub fn trace<O: Observer>(tree: &KdTree, cells: &KdCells, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+pub fn trace<P: RayTriangle, O: Observer>(
+    tree: &KdTree<P>,
+    cells: &KdCells,
+    ray: &Ray,
+    query: Query,
+    observer: &mut O,
+) -> Hit {
     let mut best = Hit::miss(ray.t_max);
+    let prepared = P::prepare(ray);
     let Some((plane_ray, interval)) = PlaneRay::new(&tree.slack, ray, observer) else { return best };
     let mut visit = Visit { node: 0, interval };
     loop {
@@ -32,7 +40,7 @@ pub fn trace<O: Observer>(tree: &KdTree, cells: &KdCells, ray: &Ray, query: Quer
             }
             KdNodeKind::Leaf { first, count } => {
                 let answered =
-                    leaf::intersect(tree.leaves(), (first, count), ray, query, &mut best, observer);
+                    leaf::intersect(tree.leaves(), (first, count), prepared, query, &mut best, observer);
                 if answered || visit.interval.settles(&best) {
                     return best;
                 }
@@ -47,8 +55,8 @@ pub fn trace<O: Observer>(tree: &KdTree, cells: &KdCells, ray: &Ray, query: Quer
 
 /// The next cell after that of `child`: the far child of the lowest ancestor whose near child is done.
 #[inline(always)]
-fn climb<O: Observer>(
-    tree: &KdTree,
+fn climb<P: RayTriangle, O: Observer>(
+    tree: &KdTree<P>,
     cells: &KdCells,
     plane_ray: &PlaneRay,
     ray: &Ray,

@@ -14,7 +14,7 @@ use super::sweep::{Split, best_split};
 use super::tree::{KdNode, KdTree};
 use crate::aabb::{Aabb, PlaneSlack};
 use crate::error::Error;
-use crate::triangle::PreparedTriangle;
+use crate::triangle::RayTriangle;
 use glam::Vec3;
 use scenes::Triangle;
 
@@ -25,13 +25,23 @@ const ONE_THREAD: u32 = 16 * 1024;
 const CHECKED_TRIANGLES: usize = 4096;
 
 impl KdTree {
+    /// [`KdTree::build_for`] the test of Moller & Trumbore.
+    ///
+    /// # Errors
+    /// As [`KdTree::build_for`].
+    pub fn build(triangles: &[Triangle], options: &KdOptions) -> Result<Self, Error> {
+        Self::build_for(triangles, options)
+    }
+}
+
+impl<P: RayTriangle> KdTree<P> {
     /// Builds a tree over `triangles` (finite corners; degenerate ones are welcome).
     ///
     /// The tree is the same for any number of threads.
     ///
     /// # Errors
     /// Options out of range, too many triangles, a corner that is not finite.
-    pub fn build(triangles: &[Triangle], options: &KdOptions) -> Result<Self, Error> {
+    pub fn build_for(triangles: &[Triangle], options: &KdOptions) -> Result<Self, Error> {
         options.check(triangles.len())?;
         if let Some(index) = triangles.iter().position(|t| !t.v.iter().all(|corner| corner.is_finite())) {
             return Err(Error::Options(format!(
@@ -58,7 +68,7 @@ impl KdTree {
             bounds,
             slack,
             depth: subtree.depth,
-            triangles: triangles.iter().map(PreparedTriangle::from).collect(),
+            triangles: triangles.iter().map(P::from).collect(),
         };
         if cfg!(debug_assertions) && triangles.len() <= CHECKED_TRIANGLES {
             let defect = tree.validate().err();

@@ -2,6 +2,7 @@
 
 use super::tree::{KdNodeKind, KdTree};
 use crate::aabb::Aabb;
+use crate::triangle::RayTriangle;
 
 /// What a backtracking node holds beyond a kd node: its cell and its parent.
 #[derive(Clone, Debug)]
@@ -15,7 +16,7 @@ impl KdCells {
     pub const NO_PARENT: u32 = u32::MAX;
 
     /// Computes both for all nodes of a tree.
-    pub fn new(tree: &KdTree) -> Self {
+    pub fn new<P: RayTriangle>(tree: &KdTree<P>) -> Self {
         let mut cells = Self {
             bounds: vec![tree.bounds; tree.nodes.len()],
             parents: vec![Self::NO_PARENT; tree.nodes.len()],

@@ -6,6 +6,7 @@ use super::restart;
 use super::tree::KdTree;
 use crate::observe::Observer;
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 
 /// Most entries that a short stack can have; as many as a full stack ever needs.
 pub const MAX_SHORT_STACK: u32 = KdOptions::MAX_DEPTH;
@@ -13,6 +14,12 @@ pub const MAX_SHORT_STACK: u32 = KdOptions::MAX_DEPTH;
 /// Traces one ray with a short stack of `short_stack` entries; beyond [`MAX_SHORT_STACK`] more make no difference. Bounded as
 /// [`restart::trace`].
 #[inline]
-pub fn trace<O: Observer>(tree: &KdTree, short_stack: u32, ray: &Ray, query: Query, observer: &mut O) -> Hit {
-    restart::search::<true, O>(tree, short_stack, ray, query, observer)
+pub fn trace<P: RayTriangle, O: Observer>(
+    tree: &KdTree<P>,
+    short_stack: u32,
+    ray: &Ray,
+    query: Query,
+    observer: &mut O,
+) -> Hit {
+    restart::search::<true, P, O>(tree, short_stack, ray, query, observer)
 }

@@ -13,13 +13,19 @@ use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::PlaneRay;
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 
 const _: () = assert!(KdOptions::MAX_DEPTH <= u64::BITS, "the trail has a bit for each level");
 
 /// Traces one ray. Each start leads to a leaf later in the ray's order than the one before, which bounds the loops.
 #[inline]
-pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut O) -> Hit {
-    search::<false, O>(tree, 0, ray, query, observer)
+pub fn trace<P: RayTriangle, O: Observer>(
+    tree: &KdTree<P>,
+    ray: &Ray,
+    query: Query,
+    observer: &mut O,
+) -> Hit {
+    search::<false, P, O>(tree, 0, ray, query, observer)
 }
 
 /// A node to descend from.
@@ -31,14 +37,15 @@ struct Start {
 
 /// The loop of kd-restart and push-down. With `PUSH_DOWN` the node to start from moves down while the rest of the ray lies
 /// within one child. Up to `short_stack` far children are kept, the latest ones.
-pub(super) fn search<const PUSH_DOWN: bool, O: Observer>(
-    tree: &KdTree,
+pub(super) fn search<const PUSH_DOWN: bool, P: RayTriangle, O: Observer>(
+    tree: &KdTree<P>,
     short_stack: u32,
     ray: &Ray,
     query: Query,
     observer: &mut O,
 ) -> Hit {
     let mut best = Hit::miss(ray.t_max);
+    let prepared = P::prepare(ray);
     let Some((plane_ray, interval)) = PlaneRay::new(&tree.slack, ray, observer) else { return best };
     let mut stack = ShortStack::new(short_stack);
     let mut restart = Start { visit: Visit { node: 0, interval }, level: 0 };
@@ -70,7 +77,7 @@ pub(super) fn search<const PUSH_DOWN: bool, O: Observer>(
             }
             KdNodeKind::Leaf { first, count } => {
                 let answered =
-                    leaf::intersect(tree.leaves(), (first, count), ray, query, &mut best, observer);
+                    leaf::intersect(tree.leaves(), (first, count), prepared, query, &mut best, observer);
                 if answered || here.visit.interval.settles(&best) || !trail.finish_near() {
                     return best;
                 }

@@ -7,14 +7,21 @@ use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::PlaneRay;
 use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
 
 /// One far child for each level of the deepest tree.
 const CAPACITY: usize = KdOptions::MAX_DEPTH as usize;
 
 /// Traces one ray. Every node is fetched at most once, which bounds the loops: there is nothing to stall on.
 #[inline]
-pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+pub fn trace<P: RayTriangle, O: Observer>(
+    tree: &KdTree<P>,
+    ray: &Ray,
+    query: Query,
+    observer: &mut O,
+) -> Hit {
     let mut best = Hit::miss(ray.t_max);
+    let prepared = P::prepare(ray);
     let Some((plane_ray, interval)) = PlaneRay::new(&tree.slack, ray, observer) else { return best };
     let mut stack = [Visit::default(); CAPACITY];
     let mut top = 0;
@@ -36,7 +43,7 @@ pub fn trace<O: Observer>(tree: &KdTree, ray: &Ray, query: Query, observer: &mut
             }
             KdNodeKind::Leaf { first, count } => {
                 let answered =
-                    leaf::intersect(tree.leaves(), (first, count), ray, query, &mut best, observer);
+                    leaf::intersect(tree.leaves(), (first, count), prepared, query, &mut best, observer);
                 if answered || visit.interval.settles(&best) || top == 0 {
                     return best;
                 }

@@ -3,6 +3,7 @@
 use super::events::Cell;
 use super::tree::{KdNodeKind, KdTree};
 use crate::aabb::Aabb;
+use crate::triangle::RayTriangle;
 
 /// Counts over a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,7 +24,7 @@ pub struct KdStatistics {
     pub depth: u32,
 }
 
-impl KdTree {
+impl<P: RayTriangle> KdTree<P> {
     /// Visits all nodes with their cells, parents first.
     pub(super) fn for_each_cell(&self, mut visit: impl FnMut(u32, KdNodeKind, &Cell)) {
         if self.triangles.is_empty() {

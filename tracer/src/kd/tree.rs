@@ -2,7 +2,7 @@
 
 use crate::aabb::{Aabb, PlaneSlack};
 use crate::leaf::References;
-use crate::triangle::PreparedTriangle;
+use crate::triangle::{PreparedTriangle, RayTriangle};
 
 /// One node in 8 bytes: `bits` is the split position (f32) or the first reference; `meta` holds the axis (0, 1, 2; 3 for a
 /// leaf) in its two low bits, and above them the left child's index or the leaf's reference count.
@@ -75,22 +75,22 @@ impl KdNode {
     }
 }
 
-/// A kd-tree over triangles: the cells partition `bounds`; a triangle is referenced by every leaf that its box (or, with perfect
+/// A kd-tree over triangles, prepared for a test as `P`: the cells partition `bounds`; a triangle is referenced by every leaf that its box (or, with perfect
 /// splits, the triangle itself) overlaps. A triangle in a split plane belongs to the leaves on one side of it.
 ///
 /// [`KdTree::build`] is the only constructor, so that traversals can rely on what [`KdTree::validate`] checks.
 #[derive(Clone, Debug)]
-pub struct KdTree {
+pub struct KdTree<P: RayTriangle = PreparedTriangle> {
     pub(crate) nodes: Vec<KdNode>,
     pub(crate) references: Vec<u32>,
     pub(crate) bounds: Aabb,
     pub(crate) slack: PlaneSlack,
     pub(crate) depth: u32,
     /// Triangles in file order, prepared for the test.
-    pub(crate) triangles: Vec<PreparedTriangle>,
+    pub(crate) triangles: Vec<P>,
 }
 
-impl KdTree {
+impl<P: RayTriangle> KdTree<P> {
     /// Nodes; siblings adjacent, root first, children behind their parent.
     pub fn nodes(&self) -> &[KdNode] {
         &self.nodes
@@ -118,7 +118,7 @@ impl KdTree {
 
     /// What its leaves refer to.
     #[inline(always)]
-    pub(super) fn leaves(&self) -> References<'_> {
+    pub(super) fn leaves(&self) -> References<'_, P> {
         References { list: &self.references, triangles: &self.triangles }
     }
 }

@@ -3,6 +3,7 @@
 use super::options::KdOptions;
 use super::statistics::KdStatistics;
 use super::tree::{KdNodeKind, KdTree};
+use crate::triangle::RayTriangle;
 
 /// The first thing found wrong with a tree. Such a tree cannot come from [`KdTree::build`]: it is a defect of this crate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -78,7 +79,7 @@ pub enum KdDefect {
     },
 }
 
-impl KdTree {
+impl<P: RayTriangle> KdTree<P> {
     /// Checks the tree and returns what it is made of. Takes time linear in its size.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Ray-triangle intersection by Moller & Trumbore 1997, without an absolute epsilon.
 
+use super::{GROUP, GroupHits, RayTriangle, TriangleGroup};
 use crate::ray::Ray;
 use glam::{Vec3, Vec4};
 use scenes::Triangle;
@@ -42,37 +43,31 @@ impl PreparedTriangle {
     }
 }
 
-/// Triangles tested at once.
-pub(crate) const GROUP: usize = 4;
+impl RayTriangle for PreparedTriangle {
+    type Ray<'a> = &'a Ray;
+    type Group = MoellerTrumboreGroup;
+
+    #[inline(always)]
+    fn prepare(ray: &Ray) -> &Ray {
+        ray
+    }
+
+    #[inline(always)]
+    fn test(&self, ray: &Ray, t_max: f32) -> Option<(f32, f32, f32)> {
+        self.intersect(ray, t_max)
+    }
+}
 
 /// Up to [`GROUP`] consecutive triangles of a reference list, coordinate by coordinate, so that one vector operation serves all.
 ///
 /// Lanes without a triangle hold a point, which no ray hits: its determinant is zero or NaN, and a NaN is never inside.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
-pub(crate) struct TriangleGroup {
+pub struct MoellerTrumboreGroup {
     v0: [Vec4; 3],
     e1: [Vec4; 3],
     e2: [Vec4; 3],
-    /// Position of the first triangle in the reference list.
-    pub(crate) first: u32,
-}
-
-/// What [`TriangleGroup::intersect`] finds: per lane the values of [`PreparedTriangle::intersect`], and which lanes are hit.
-pub(crate) struct GroupHits {
-    t: Vec4,
-    u: Vec4,
-    v: Vec4,
-    /// Bit `i` for lane `i`.
-    pub(crate) lanes: u32,
-}
-
-impl GroupHits {
-    /// `(t, u, v)` of a lane.
-    #[inline(always)]
-    pub(crate) fn of_lane(&self, lane: usize) -> (f32, f32, f32) {
-        (self.t[lane], self.u[lane], self.v[lane])
-    }
+    first: u32,
 }
 
 #[inline(always)]
@@ -85,9 +80,8 @@ fn dot(a: [Vec4; 3], b: [Vec4; 3]) -> Vec4 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-impl TriangleGroup {
-    /// Packs at most [`GROUP`] triangles, the first of them at position `first`.
-    pub(crate) fn new(first: u32, triangles: &[PreparedTriangle]) -> Self {
+impl TriangleGroup<PreparedTriangle> for MoellerTrumboreGroup {
+    fn new(first: u32, triangles: &[PreparedTriangle]) -> Self {
         debug_assert!(triangles.len() <= GROUP);
         let pack = |corner: fn(&PreparedTriangle) -> Vec3| {
             std::array::from_fn(|axis| {
@@ -103,9 +97,14 @@ impl TriangleGroup {
         }
     }
 
+    #[inline(always)]
+    fn first(&self) -> u32 {
+        self.first
+    }
+
     /// [`PreparedTriangle::intersect`] of all lanes, bit for bit: the same operations in the same order.
     #[inline(always)]
-    pub(crate) fn intersect(&self, ray: &Ray, t_max: f32) -> GroupHits {
+    fn intersect(&self, ray: &Ray, t_max: f32) -> GroupHits {
         let splat = |v: Vec3| v.to_array().map(Vec4::splat);
         let (origin, direction) = (splat(ray.origin), splat(ray.direction));
         let p = cross(direction, self.e2);
@@ -146,7 +145,7 @@ mod tests {
             let all: [PreparedTriangle; GROUP] =
                 std::array::from_fn(|_| PreparedTriangle::from(&Triangle { v: [point(), point(), point()] }));
             let filled = &all[..1 + next(GROUP)];
-            let found = TriangleGroup::new(0, filled).intersect(&ray, ray.t_max);
+            let found = MoellerTrumboreGroup::new(0, filled).intersect(&ray, ray.t_max);
             for lane in 0..GROUP {
                 let expected = filled.get(lane).and_then(|triangle| triangle.intersect(&ray, ray.t_max));
                 let hit = (found.lanes >> lane & 1 == 1).then(|| found.of_lane(lane));

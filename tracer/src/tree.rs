@@ -1,0 +1,141 @@
+//! A structure of any kind over triangles that are prepared for one test.
+
+use crate::accel::{BuildOptions, LeafCounts, Traversal};
+use crate::bvh::{self, Bvh, BvhOptions};
+use crate::error::Error;
+use crate::grid::{self, Grid};
+use crate::kd::{self, KdCells, KdStatistics, KdTree};
+use crate::observe::Observer;
+use crate::ray::{Hit, Query, Ray};
+use crate::topology::Topology;
+use crate::triangle::RayTriangle;
+use scenes::Triangle;
+
+/// The structure, and what its traversal needs beside it.
+pub(crate) enum Tree<P: RayTriangle> {
+    Bvh(Bvh<P>),
+    LinkedBvh(Bvh<P>, bvh::parent_link::ParentLinks),
+    Kd(KdTree<P>),
+    KdWithCells(KdTree<P>, KdCells),
+    Grid(Grid<P>),
+}
+
+impl<P: RayTriangle> Tree<P> {
+    /// The structure that `traversal` walks; the caller has checked the options.
+    ///
+    /// # Errors
+    /// See [`KdTree::build_for`] and [`Grid::build_for`].
+    pub(crate) fn build(
+        triangles: &[Triangle],
+        traversal: Traversal,
+        options: &BuildOptions,
+    ) -> Result<Self, Error> {
+        let BuildOptions { traversal_cost, intersection_cost, mut kd, triangle_test: _ } = *options;
+        kd.traversal_cost = traversal_cost;
+        kd.intersection_cost = intersection_cost;
+        let max_depth = match traversal {
+            Traversal::BvhRestartTrail { bits, .. } => bits.max_depth(),
+            _ => BvhOptions::MAX_DEPTH,
+        };
+        let bvh = || Bvh::build_for(triangles, &BvhOptions { traversal_cost, intersection_cost, max_depth });
+        Ok(match traversal {
+            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => Self::Bvh(bvh()),
+            Traversal::BvhParentLink => {
+                let bvh = bvh();
+                let links = bvh::parent_link::ParentLinks::new(&bvh);
+                Self::LinkedBvh(bvh, links)
+            }
+            Traversal::KdStack | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
+                Self::Kd(KdTree::build_for(triangles, &kd)?)
+            }
+            Traversal::KdBacktrack => {
+                // A point on the ray cannot leave a cell of zero thickness: flat cells are not for this traversal.
+                kd.flat_cells = kd::FlatCells::Forbidden;
+                let tree = KdTree::build_for(triangles, &kd)?;
+                let cells = KdCells::new(&tree);
+                Self::KdWithCells(tree, cells)
+            }
+            Traversal::GridDda => Self::Grid(Grid::build_for(triangles)?),
+        })
+    }
+
+    /// Traces one ray.
+    #[inline]
+    pub(crate) fn trace<O: Observer>(
+        &self,
+        traversal: Traversal,
+        ray: &Ray,
+        query: Query,
+        observer: &mut O,
+    ) -> Hit {
+        match (self, traversal) {
+            (Self::Bvh(bvh), Traversal::BvhRestartTrail { bits, short_stack }) => {
+                bvh::restart_trail::trace(bvh, bits, short_stack, ray, query, observer)
+            }
+            (Self::Bvh(bvh), _) => bvh::stack::trace(bvh, ray, query, observer),
+            (Self::LinkedBvh(bvh, links), _) => bvh::parent_link::trace(bvh, links, ray, query, observer),
+            (Self::Kd(tree), Traversal::KdRestart) => kd::restart::trace(tree, ray, query, observer),
+            (Self::Kd(tree), Traversal::KdPushDown { short_stack }) => {
+                kd::push_down::trace(tree, short_stack, ray, query, observer)
+            }
+            (Self::Kd(tree), _) => kd::stack::trace(tree, ray, query, observer),
+            (Self::KdWithCells(tree, cells), _) => kd::backtrack::trace(tree, cells, ray, query, observer),
+            (Self::Grid(grid), _) => grid::dda::trace(grid, ray, query, observer),
+        }
+    }
+
+    /// Links and references without geometry, as a trace needs them.
+    pub(crate) fn topology(&self) -> Topology {
+        match self {
+            Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => Topology::of_bvh(bvh),
+            Self::Kd(tree) | Self::KdWithCells(tree, _) => Topology::of_kd(tree),
+            Self::Grid(grid) => Topology::of_grid(grid),
+        }
+    }
+
+    /// Longest path from the root, in edges; 0 for a grid.
+    pub(crate) fn depth(&self) -> u32 {
+        match self {
+            Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => bvh.depth,
+            Self::Kd(tree) | Self::KdWithCells(tree, _) => tree.depth,
+            Self::Grid(_) => 0,
+        }
+    }
+
+    /// How many leaves, or cells of a grid, there are, and of which kinds.
+    pub(crate) fn leaf_counts(&self) -> LeafCounts {
+        match self {
+            Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => {
+                LeafCounts { leaves: bvh.statistics().leaves, empty: 0, flat: 0 }
+            }
+            Self::Kd(tree) | Self::KdWithCells(tree, _) => {
+                let KdStatistics { leaves, empty_leaves, flat_leaves, .. } = tree.statistics();
+                LeafCounts { leaves, empty: empty_leaves, flat: flat_leaves }
+            }
+            Self::Grid(grid) => {
+                let statistics = grid.statistics();
+                LeafCounts { leaves: statistics.cells, empty: statistics.empty_cells, flat: 0 }
+            }
+        }
+    }
+
+    /// Half the area of each node's box or cell; a grid has no nodes that were split.
+    pub(crate) fn half_areas(&self) -> Option<Vec<f64>> {
+        match self {
+            Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => {
+                Some(bvh.nodes().map(|node| node.bounds.half_area()).collect())
+            }
+            Self::Kd(tree) | Self::KdWithCells(tree, _) => Some(tree.half_areas()),
+            Self::Grid(_) => None,
+        }
+    }
+
+    /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area.
+    pub(crate) fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
+        match self {
+            Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => bvh.sah_cost(traversal_cost, intersection_cost),
+            Self::Kd(tree) | Self::KdWithCells(tree, _) => tree.sah_cost(traversal_cost, intersection_cost),
+            Self::Grid(grid) => grid.sah_cost(traversal_cost, intersection_cost),
+        }
+    }
+}
