@@ -13,8 +13,6 @@ pub(crate) struct Watch {
     pub(crate) rays: AtomicU64,
     /// Hits with a distance or weight that is no number, or a distance outside the ray's interval.
     pub(crate) not_numbers: AtomicU64,
-    /// Traversals that a loop bound has ended.
-    pub(crate) stalls: AtomicU64,
     /// Traversals that took more trips than theory allows them.
     pub(crate) over_bound: AtomicU64,
 }
@@ -31,17 +29,12 @@ pub(crate) struct Structure {
 #[derive(Default)]
 struct Trips {
     nodes: u64,
-    stalls: u64,
 }
 
 impl Observer for Trips {
     #[inline(always)]
     fn step(&mut self, op: Op, _: u32) {
         self.nodes += u64::from(matches!(op, Op::Node | Op::Up));
-    }
-
-    fn stall(&mut self) {
-        self.stalls += 1;
     }
 }
 
@@ -78,7 +71,6 @@ impl Structure {
         };
         add(&watch.rays, 1);
         add(&watch.not_numbers, u64::from(!is_number));
-        add(&watch.stalls, trips.stalls);
         add(&watch.over_bound, u64::from(trips.nodes > self.bound));
         hit
     }
