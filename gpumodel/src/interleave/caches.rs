@@ -25,7 +25,8 @@ struct Route {
     private: (u32, u32),
     /// Cycles from a request to its data in the first cache.
     latency: f64,
-    /// Cycles that the first cache takes for a line, if cores share it; otherwise 0, as a core's port is no faster than its own cache.
+    /// Cycles that the first cache takes for a line, if it is that of buffers and cores share it; otherwise 0, as a core's port is no
+    /// faster than its own cache.
     shared_cycles: f64,
     beyond: Beyond,
 }
@@ -138,8 +139,10 @@ impl Caches {
                 private: if kind == BufferKind::Stack { stacks } else { (0, 0) },
                 latency: gpu.latency_cycles(levels, 0),
                 shared_cycles: match &gpu.caches[levels[0]] {
-                    cache if cache.copies == gpu.cores.count => 0.0,
-                    cache => cache.line_bytes as f64 / cache.bytes_per_clock,
+                    cache if levels[0] == gpu.paths.ssbo[0] && cache.copies < gpu.cores.count => {
+                        cache.line_bytes as f64 / cache.bytes_per_clock
+                    }
+                    _ => 0.0,
                 },
                 beyond: Beyond::new(gpu, levels),
             })

@@ -1,12 +1,15 @@
 //! Warps share the cores and the caches.
 //!
 //! Warps are issued in tile order; each goes to the first free slot, slots being counted across the cores before the next
-//! slot of the first. A turn is the loads and stores of a warp up to its next wait. The core that is behind the others lets the warp issue
-//! its next turn that has been ready for longest. The turn takes the core's time: that of the load/store port, or the mean share of
-//! a turn of its tile in the ALU's or the elementary functions' time, if that is longer. Then the warp is not ready again before
-//! its data are there, which takes the latency of the farthest place that they come from. No queue is waited in: how long a frame takes is
-//! found afterwards from what it asked for. But that a warp whose data are far away is held up, and stays for longer beside warps
-//! like it, decides what the caches have to hold. The order of turns is the order in which the caches see the accesses.
+//! slot of the first. A turn is the loads and stores of a warp up to its next wait. The order of turns is the order in which the caches
+//! see the accesses, and it decides what they have to hold: a warp whose data are far away is held up, so it stays for longer beside
+//! others like it. So turns have times, from which nothing but their order is taken; how long a frame takes is found afterwards from what it asked for.
+//!
+//! On each core the warp that has been ready for longest is next, and the core whose next turn starts first issues it. A turn keeps
+//! its core busy for the cycles of the load/store port, or for the mean share of a turn of its tile in the ALU's or the elementary functions'
+//! time, if that is longer. The warp is ready again when its data are there: after the latency of the farthest place that they come from.
+//! The only queue is that for a cache which cores share and which is the first on a path: with many lines per turn it would
+//! otherwise be asked for more than it can serve.
 //!
 //! In a tick as many turns are issued as there are cores with warps.
 
@@ -108,8 +111,10 @@ pub(crate) struct Interleaver {
     slots: usize,
     /// Per core, the time up to which its load/store port or its ALU is busy, in cycles.
     busy_until: Vec<f64>,
-    /// The time up to which the first cache on a path is busy, where cores share it.
-    shared_until: f64,
+    /// Per core, the copy of the first cache of buffers that it uses.
+    copies: Vec<usize>,
+    /// Of each copy, the time up to which it is busy, where cores share it.
+    shared_until: Vec<f64>,
     /// Per core, the place whose turn is next.
     next: Vec<usize>,
     /// Per core, when that turn starts; infinite if it has no warp.
@@ -146,6 +151,7 @@ impl Interleaver {
         maps: Maps,
     ) -> Result<Self, Error> {
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
+        let copies = gpu.caches[gpu.paths.ssbo[0]].copies as usize;
         Ok(Self {
             caches: Caches::new(gpu, hierarchy, paths, places)?,
             resident: (0..cores * slots).map(|_| Slot::default()).collect(),
@@ -153,7 +159,8 @@ impl Interleaver {
             cores,
             slots,
             busy_until: vec![0.0; cores],
-            shared_until: 0.0,
+            copies: (0..cores).map(|core| core * copies / cores).collect(),
+            shared_until: vec![0.0; copies],
             next: vec![0; cores],
             starts: vec![f64::INFINITY; cores],
             lanes: [gpu.cores.alu_lanes, gpu.cores.efu_lanes],
@@ -322,8 +329,9 @@ impl Interleaver {
         }
         self.busy_until[core] = start + least_cycles.max(f64::from(port_cycles));
         let Waits { queue, latency } = self.caches.end_turn(last);
-        self.shared_until = self.shared_until.max(start) + queue;
-        self.ready[place] = self.busy_until[core].max(self.shared_until) + latency;
+        let served = &mut self.shared_until[self.copies[core]];
+        *served = served.max(start) + queue;
+        self.ready[place] = self.busy_until[core].max(*served) + latency;
         if slot.is_free() && !slot.refill(&mut self.waiting) {
             self.ready[place] = f64::INFINITY;
             self.occupied[core] -= 1;
@@ -430,7 +438,7 @@ mod tests {
         // The first warp's line comes from memory, from a row that may be open or not. The second one's is in the cache then.
         issue(&mut interleaver);
         issue(&mut interleaver);
-        let (busy_until, shared_until) = (interleaver.busy_until[0], interleaver.shared_until);
+        let (busy_until, shared_until) = (interleaver.busy_until[0], interleaver.shared_until[0]);
         let (late, soon) = (interleaver.ready[0], interleaver.ready[1]);
         assert_eq!((soon, interleaver.next[0]), (shared_until + near, 1));
         let [open, other] = interleaver.caches.row_cycles;
