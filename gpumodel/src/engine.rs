@@ -45,7 +45,7 @@ impl Engine {
     ) -> Result<Self, Error> {
         Ok(match fidelity {
             Fidelity::Replay => {
-                Self::Interleaved(Interleaver::new(gpu, hierarchy, paths, places, resident_warps, maps)?)
+                Self::Interleaved(Interleaver::new(gpu, hierarchy, paths, places, resident_warps, maps))
             }
             Fidelity::Timed => {
                 Self::Timed(Machine::new(gpu, hierarchy, paths, places, resident_warps, maps)?)

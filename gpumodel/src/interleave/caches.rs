@@ -3,9 +3,7 @@
 use super::KindPaths;
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, WaitCounters};
-use crate::error::Error;
 use crate::layout::{BufferKind, Places};
-use crate::random::fraction;
 use crate::warp::Run;
 use crate::windows::Seen;
 use cachesim::{Access, Hierarchy, LevelServed, LineId, MAX_LEVELS, Missed, PathId, Policy, Served};
@@ -28,16 +26,8 @@ struct Route {
     /// Cycles that the first cache takes for a line, if it is that of buffers and cores share it; otherwise 0, as a core's port is no
     /// faster than its own cache.
     shared_cycles: f64,
-    beyond: Beyond,
-}
-
-/// By how many cycles a miss delays the data.
-#[derive(Clone, Copy)]
-struct Beyond {
-    /// By position on the path.
-    cycles: [f64; MAX_LEVELS],
-    /// The position from which memory is next.
-    last: usize,
+    /// By position on the path, cycles by which a miss there delays the data.
+    beyond: [f64; MAX_LEVELS],
 }
 
 /// A turn whose accesses have been gathered.
@@ -82,7 +72,8 @@ pub(super) struct Caches {
     gathered: usize,
     pending_path: PathId,
     pending_core: u32,
-    pending_beyond: Beyond,
+    /// As [`Route::beyond`].
+    pending_beyond: [f64; MAX_LEVELS],
     /// The turns of these; the latest may go on.
     pending_turns: Vec<GatheredTurn>,
     /// Lines that the latest turn has asked for.
@@ -93,11 +84,6 @@ pub(super) struct Caches {
     missed: Missed,
     /// Lines that each warp read from memory, by its number; empty where no maps are kept.
     pub(super) lines_from_memory: Vec<u32>,
-    /// So much earlier or later than from a bank without an open row come data from an open row, or from a bank that has another
-    /// open, in cycles.
-    pub(super) row_cycles: [f64; 2],
-    /// Turns that waited for memory.
-    memory_waits: u64,
     /// What has become known since they were last taken.
     pub(super) delays: Vec<Delay>,
     /// By key, accesses that hit without being simulated.
@@ -114,14 +100,7 @@ const PENDING: usize = 1024;
 const MOST_LINES: usize = 256;
 
 impl Caches {
-    /// # Errors
-    /// When the GPU's memory cannot be as described.
-    pub(super) fn new(
-        gpu: &Gpu,
-        hierarchy: Hierarchy,
-        paths: KindPaths,
-        places: Places,
-    ) -> Result<Self, Error> {
+    pub(super) fn new(gpu: &Gpu, hierarchy: Hierarchy, paths: KindPaths, places: Places) -> Self {
         let stacks = (places.stack_base_line, places.stack_stride_lines);
         let route = |key: usize| {
             let (_, kind, write) = Run::of_key(key)?;
@@ -144,14 +123,11 @@ impl Caches {
                     }
                     _ => 0.0,
                 },
-                beyond: Beyond::new(gpu, levels),
+                beyond: beyond(gpu, levels),
             })
         };
-        let pending_beyond = Beyond::new(gpu, hierarchy.path(paths.ssbo));
-        let dram = gpu.dram.simulated().and_then(|dram| dram.timings());
-        let dram = dram.map_err(|error| Error::dram(gpu, &error))?;
-        let later = |ps: u64| (ps as f64 - dram.row_miss() as f64) * 1e-12 * gpu.clock.hz;
-        Ok(Self {
+        let pending_beyond = beyond(gpu, hierarchy.path(paths.ssbo));
+        Self {
             routes: std::array::from_fn(route),
             hierarchy,
             pending: vec![Access::read(LineId::new(0)); PENDING + MOST_LINES],
@@ -160,8 +136,6 @@ impl Caches {
             pending_path: paths.ssbo,
             pending_core: 0,
             pending_beyond,
-            row_cycles: [later(dram.row_hit()), later(dram.row_conflict())],
-            memory_waits: 0,
             pending_turns: Vec::new(),
             turn_lines: 0,
             issuing: Resident::default(),
@@ -171,7 +145,7 @@ impl Caches {
             spared: vec![0; Run::KEYS],
             served: vec![Served::default(); Run::KEYS],
             waits: WaitCounters::default(),
-        })
+        }
     }
 
     /// `lines` begins with those of the run.
@@ -234,24 +208,14 @@ impl Caches {
             &mut self.missed,
         );
         let Self { missed, pending_turns, issuing, .. } = self;
-        let Beyond { cycles, last } = self.pending_beyond;
-        for (position, (missed, cycles)) in missed.levels.iter_mut().zip(cycles).enumerate() {
+        for (missed, &cycles) in missed.levels.iter_mut().zip(&self.pending_beyond) {
             // The lines of a turn are on their way together: it waits once for all that missed at a level.
             let (mut turns, mut delayed) = (Turns::new(pending_turns, *issuing), None);
             for access in missed.drain(..).filter(|&access| !self.pending[access as usize].is_write()) {
                 let (turn, warp) = turns.of(access);
-                if delayed.replace(turn) == Some(turn) {
-                    continue;
+                if delayed.replace(turn) != Some(turn) {
+                    self.delays.push(Delay { place: warp.place, cycles });
                 }
-                let mut cycles = cycles;
-                if position == last {
-                    // Rows are not followed: any time between the two ends is as likely. If all were alike, warps would keep in
-                    // step for good.
-                    let [open, other] = self.row_cycles;
-                    self.memory_waits += 1;
-                    cycles += open + (other - open) * fraction(self.memory_waits);
-                }
-                self.delays.push(Delay { place: warp.place, cycles: cycles.max(0.0) });
             }
         }
         let mut turns = Turns::new(pending_turns, *issuing);
@@ -360,14 +324,13 @@ impl<'a> Turns<'a> {
     }
 }
 
-impl Beyond {
-    fn new(gpu: &Gpu, path: &[usize]) -> Self {
-        let mut cycles = [0.0; MAX_LEVELS];
-        for (place, cycles) in cycles.iter_mut().take(path.len()).enumerate() {
-            *cycles = gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place);
-        }
-        Self { cycles, last: path.len() - 1 }
+/// By position on a path, cycles by which a miss there delays the data.
+fn beyond(gpu: &Gpu, path: &[usize]) -> [f64; MAX_LEVELS] {
+    let mut beyond = [0.0; MAX_LEVELS];
+    for (place, cycles) in beyond.iter_mut().take(path.len()).enumerate() {
+        *cycles = (gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place)).max(0.0);
     }
+    beyond
 }
 
 /// The first path that leads through the same levels, so that accesses that take either need not be told apart.

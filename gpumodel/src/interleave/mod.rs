@@ -19,8 +19,8 @@ use self::caches::{Caches, Delay, Resident, Waits};
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
-use crate::error::Error;
 use crate::layout::{BufferKind, Places};
+use crate::random::fraction;
 use crate::replay::Maps;
 use crate::warp::{Run, TileStreams};
 use crate::windows::WindowLog;
@@ -131,6 +131,8 @@ pub(crate) struct Interleaver {
     /// Turns up to the one that is looked at next, and from now until then.
     sampled: u64,
     until_sample: u64,
+    /// Turns whose data came from beyond the first cache.
+    delayed: u64,
 }
 
 /// Of so many turns, it is seen how far away the data of one are: of the first turns, which may be all, of each; of later ones, of
@@ -139,9 +141,12 @@ const SAMPLED_TURNS: [u64; 3] = [1, 17, 127];
 /// Up to which turn each of these but the last holds.
 const SAMPLED_UP_TO: [u64; 2] = [1 << 12, 1 << 18];
 
+/// A delay is at most by this part of it shorter or longer, evenly drawn: with equal delays warps could keep in step for a whole frame.
+/// As for a line of an open row, or of a bank that has another row open: tRCD less and tRP more, each 18 ns on LPDDR4X (configs/dram), of
+/// the 300 ns that memory takes as seen past the caches of the Adreno 640 (configs/gpus).
+const DELAY_SPREAD: f64 = 0.06;
+
 impl Interleaver {
-    /// # Errors
-    /// When the GPU's memory cannot be as described.
     pub(crate) fn new(
         gpu: &Gpu,
         hierarchy: Hierarchy,
@@ -149,11 +154,11 @@ impl Interleaver {
         places: Places,
         resident_warps: u32,
         maps: Maps,
-    ) -> Result<Self, Error> {
+    ) -> Self {
         let (cores, slots) = (gpu.cores.count as usize, resident_warps as usize);
         let copies = gpu.caches[gpu.paths.ssbo[0]].copies as usize;
-        Ok(Self {
-            caches: Caches::new(gpu, hierarchy, paths, places)?,
+        Self {
+            caches: Caches::new(gpu, hierarchy, paths, places),
             resident: (0..cores * slots).map(|_| Slot::default()).collect(),
             ready: vec![f64::INFINITY; cores * slots],
             cores,
@@ -172,7 +177,8 @@ impl Interleaver {
             next_number: 0,
             sampled: SAMPLED_TURNS[0],
             until_sample: SAMPLED_TURNS[0],
-        })
+            delayed: 0,
+        }
     }
 
     /// Lines that each warp read from memory, by its number.
@@ -346,7 +352,9 @@ impl Interleaver {
             return;
         }
         for Delay { place, cycles } in self.caches.delays.drain(..) {
-            self.ready[place as usize] += cycles;
+            self.delayed += 1;
+            self.ready[place as usize] +=
+                cycles * (1.0 + DELAY_SPREAD * (2.0 * fraction(self.delayed) - 1.0));
         }
         (0..self.cores).for_each(|core| self.plan(core));
     }
@@ -416,7 +424,6 @@ mod tests {
             resident,
             Maps::Dropped,
         )
-        .unwrap()
     }
 
     #[test]
@@ -435,16 +442,15 @@ mod tests {
             interleaver.caches.flush_pending();
             interleaver.hold_up();
         };
-        // The first warp's line comes from memory, from a row that may be open or not. The second one's is in the cache then.
+        // The first warp's line comes from memory. The second one's is in the cache then.
         issue(&mut interleaver);
         issue(&mut interleaver);
         let (busy_until, shared_until) = (interleaver.busy_until[0], interleaver.shared_until[0]);
         let (late, soon) = (interleaver.ready[0], interleaver.ready[1]);
         assert_eq!((soon, interleaver.next[0]), (shared_until + near, 1));
-        let [open, other] = interleaver.caches.row_cycles;
-        assert!(open < 0.0 && other > 0.0);
         assert!(shared_until > busy_until, "a line takes the cache's time, and none of the port's here");
-        assert!((far + open..shared_until + far + other).contains(&late), "{late}");
+        let spread = DELAY_SPREAD * far;
+        assert!((far - spread..shared_until + far + spread).contains(&late), "{late}");
     }
 
     #[test]
