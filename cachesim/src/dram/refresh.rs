@@ -1,7 +1,7 @@
 //! Refresh by bank (REFpb): which banks are next, and since when.
 //!
 //! One command refreshes a bank, or the pair of banks of LPDDR5, while all others go on. The commands of a round refresh
-//! every bank once, in any order, as JESD209-4 demands; a round lasts tREFI, and its commands fall due at equal
+//! every bank once, in any order, as LPDDR4 devices demand (DRAMSys, `CheckerLPDDR4`); a round lasts tREFI, and its commands fall due at equal
 //! intervals. Banks for which nothing waits go first. Where there are none, the command is postponed, until the
 //! standard allows it no longer. Then the next banks of the round take no more commands until they are refreshed; so
 //! do those of which a row was shut for it. (DRAMSys does the same in its `RefreshManagerPerBank`.)
