@@ -1,8 +1,8 @@
 //! Cache hierarchy simulation over address streams: exact, deterministic, fast.
 //!
 //! [`Levels`] describes caches and checks the description; [`Hierarchy`] simulates them, in order, and
-//! counts; [`AddressReader`] feeds it from files; [`StackDistances`] gives the misses of fully associative
-//! LRU caches of all sizes at once. [`Dram`] gives the time of what misses all caches, under an FR-FCFS
+//! counts; [`AddressReader`] feeds it from files. [`StackDistances`] gives the misses of LRU caches of all
+//! sizes at once, as a [`MissCurve`], and [`Aet`] nearly the same in a fraction of the time. [`Dram`] gives the time of what misses all caches, under an FR-FCFS
 //! controller, [`RowTally`] its row hits alone. [`synthetic`] makes streams to measure and check with.
 //!
 //! ```

@@ -46,7 +46,8 @@ impl MissCurve {
     /// With one set it is [`Self::misses`] of `ways`.
     ///
     /// Lines that lie in order fill the sets more evenly than at random and conflict less; strides that
-    /// share a factor with `sets` fill few of them and conflict more than any curve can tell.
+    /// share a factor with `sets` fill few of them and conflict more than any curve can tell. A stream that
+    /// stays among few lines keeps the conflicts that these happen to have.
     ///
     /// # Panics
     /// If `sets` or `ways` is 0.

@@ -67,20 +67,26 @@ impl StackDistances {
         if id as usize == self.last.len() {
             self.last.push(now as u32);
             self.histogram.push(0);
+            for (level, counts) in self.counts.iter_mut().enumerate() {
+                counts[now >> (GROUP + level as u32 * COUNTS)] += 1;
+            }
         } else {
             let before = std::mem::replace(&mut self.last[id as usize], now as u32) as usize;
             let distance = self.bits_after(before);
             self.histogram[distance] += 1;
             self.words[before >> WORD] &= !(1 << (before & 63));
             for (level, counts) in self.counts.iter_mut().enumerate() {
-                counts[before >> (GROUP + level as u32 * COUNTS)] -= 1;
+                let shift = GROUP + level as u32 * COUNTS;
+                let (from, to) = (before >> shift, now >> shift);
+                if from == to {
+                    break;
+                }
+                counts[from] -= 1;
+                counts[to] += 1;
             }
         }
         self.owner[now] = id;
         self.words[now >> WORD] |= 1 << (now & 63);
-        for (level, counts) in self.counts.iter_mut().enumerate() {
-            counts[now >> (GROUP + level as u32 * COUNTS)] += 1;
-        }
         self.now += 1;
     }
 
