@@ -16,7 +16,7 @@ fn exact(trace: &[LineId]) -> MissCurve {
 
 fn aet(trace: &[LineId]) -> MissCurve {
     let mut aet = Aet::new();
-    trace.iter().for_each(|&line| aet.touch(line));
+    aet.extend(trace.iter().copied());
     aet.curve()
 }
 
