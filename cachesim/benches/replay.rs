@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use cachesim::synthetic::{Stream, lines};
 use cachesim::{
-    Bytes, Hierarchy, Isa, LevelConfig, Levels, LineId, LineSize, PathId, Policy, StackDistances, Ways,
+    Aet, Bytes, Hierarchy, Isa, LevelConfig, Levels, LineId, LineSize, PathId, Policy, StackDistances, Ways,
 };
 use cpu_time::CpuTime;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -67,19 +67,24 @@ fn runs_of_four(criterion: &mut Criterion<CpuTime>) {
     group.finish();
 }
 
-/// Misses of all sizes at once.
-fn stack_distances(criterion: &mut Criterion<CpuTime>) {
-    let mut group = criterion.benchmark_group("stack distances");
-    group.throughput(Throughput::Elements(SHORT as u64));
+/// Misses of all sizes at once: exact from stack distances, and by average eviction times.
+fn miss_curves(criterion: &mut Criterion<CpuTime>) {
+    let mut group = criterion.benchmark_group("miss curves");
+    group.throughput(Throughput::Elements(COUNT as u64));
     for (name, stream) in STREAMS {
-        let trace: Vec<LineId> = lines(stream, SHORT);
-        group.bench_function(name, |bencher| {
+        let trace: Vec<LineId> = lines(stream, COUNT);
+        group.bench_function(format!("{name}/exact"), |bencher| {
             bencher.iter(|| {
                 let mut distances = StackDistances::new();
-                for &line in black_box(&trace) {
-                    distances.touch(line);
-                }
-                distances.misses(256)
+                black_box(&trace).iter().for_each(|&line| distances.touch(line));
+                distances.curve()
+            });
+        });
+        group.bench_function(format!("{name}/aet"), |bencher| {
+            bencher.iter(|| {
+                let mut aet = Aet::new();
+                aet.extend(black_box(&trace).iter().copied());
+                aet.curve()
             });
         });
     }
@@ -93,6 +98,6 @@ criterion_group! {
         .sample_size(10)
         .warm_up_time(Duration::from_millis(200))
         .measurement_time(Duration::from_secs(2));
-    targets = two_levels, runs_of_four, stack_distances
+    targets = two_levels, runs_of_four, miss_curves
 }
 criterion_main!(benches);

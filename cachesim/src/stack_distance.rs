@@ -9,6 +9,7 @@
 
 use crate::address::LineId;
 use crate::dense::DenseIds;
+use crate::miss_curve::MissCurve;
 
 /// Bits per word, words per group, and counts per group of the next coarser level, as shifts.
 const WORD: u32 = 6;
@@ -30,7 +31,6 @@ pub struct StackDistances {
     now: usize,
     /// By distance: accesses.
     histogram: Vec<u64>,
-    accesses: u64,
 }
 
 impl Default for StackDistances {
@@ -51,7 +51,6 @@ impl StackDistances {
             counts: Default::default(),
             now: 0,
             histogram: Vec::new(),
-            accesses: 0,
         };
         new.make_room(1 << 16);
         new
@@ -63,26 +62,31 @@ impl StackDistances {
         if self.now == self.owner.len() {
             self.compact();
         }
-        self.accesses += 1;
         let now = self.now;
         let id = self.ids.number(line);
         if id as usize == self.last.len() {
             self.last.push(now as u32);
             self.histogram.push(0);
+            for (level, counts) in self.counts.iter_mut().enumerate() {
+                counts[now >> (GROUP + level as u32 * COUNTS)] += 1;
+            }
         } else {
             let before = std::mem::replace(&mut self.last[id as usize], now as u32) as usize;
             let distance = self.bits_after(before);
             self.histogram[distance] += 1;
             self.words[before >> WORD] &= !(1 << (before & 63));
             for (level, counts) in self.counts.iter_mut().enumerate() {
-                counts[before >> (GROUP + level as u32 * COUNTS)] -= 1;
+                let shift = GROUP + level as u32 * COUNTS;
+                let (from, to) = (before >> shift, now >> shift);
+                if from == to {
+                    break;
+                }
+                counts[from] -= 1;
+                counts[to] += 1;
             }
         }
         self.owner[now] = id;
         self.words[now >> WORD] |= 1 << (now & 63);
-        for (level, counts) in self.counts.iter_mut().enumerate() {
-            counts[now >> (GROUP + level as u32 * COUNTS)] += 1;
-        }
         self.now += 1;
     }
 
@@ -140,32 +144,15 @@ impl StackDistances {
         }
     }
 
-    /// All accesses so far.
+    /// The misses by cache size, exact.
     #[must_use]
-    pub fn accesses(&self) -> u64 {
-        self.accesses
-    }
-
-    /// Distinct lines so far: the misses of a cache without limit.
-    #[must_use]
-    pub fn distinct_lines(&self) -> u64 {
-        self.last.len() as u64
-    }
-
-    /// The misses of a fully associative LRU cache that holds `lines` lines and was empty at the start.
-    #[must_use]
-    pub fn misses(&self, lines: u64) -> u64 {
-        let hits: u64 = self.histogram.iter().take(usize::try_from(lines).unwrap_or(usize::MAX)).sum();
-        self.accesses - hits
-    }
-
-    /// The whole curve: every size in lines, from 1, at which there are fewer misses than with one line
-    /// less, and the misses there. No size brings the misses below [`Self::distinct_lines`].
-    pub fn curve(&self) -> impl Iterator<Item = (u64, u64)> + '_ {
-        let mut misses = self.accesses;
-        (1..).zip(&self.histogram).filter(|&(_, &hits)| hits != 0).map(move |(lines, &hits)| {
+    pub fn curve(&self) -> MissCurve {
+        let mut misses = self.last.len() as u64 + self.histogram.iter().sum::<u64>();
+        let mut all = vec![misses];
+        all.extend(self.histogram.iter().map(|hits| {
             misses -= hits;
-            (lines, misses)
-        })
+            misses
+        }));
+        MissCurve::new(all)
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use cachesim::{
     Access, AddressFormat, AddressReader, Bytes, Error, Hierarchy, LevelConfig, Levels, LineSize,
-    MAX_ACCESS_BYTES, Policy, Ways,
+    MAX_ACCESS_BYTES, Policy, StackDistances, Ways,
 };
 use proptest::prelude::*;
 
@@ -134,10 +134,12 @@ fn a_replay_and_its_stack_distances_see_the_same_accesses() {
     let (mut hierarchy, path) = Hierarchy::chain(&levels).expect("a plain level");
     let reader = || AddressReader::new(&text[..], AddressFormat::Csv, "a.csv", 1);
     reader().replay(&mut hierarchy, path).expect("good text");
-    let distances = reader().stack_distances(line()).expect("good text");
-    assert_eq!((hierarchy.counts(0).accesses, distances.accesses()), (4, 4));
-    assert_eq!((hierarchy.counts(0).misses, distances.misses(2)), (4, 4));
-    assert_eq!(distances.misses(3), 3);
+    let mut distances = StackDistances::new();
+    reader().for_each_line(line(), |line| distances.touch(line)).expect("good text");
+    let curve = distances.curve();
+    assert_eq!((hierarchy.counts(0).accesses, curve.accesses()), (4, 4));
+    assert_eq!((hierarchy.counts(0).misses, curve.misses(2)), (4, 4));
+    assert_eq!(curve.misses(3), 3);
 }
 
 proptest! {

@@ -166,6 +166,7 @@ proptest! {
     ) {
         let mut distances = cachesim::StackDistances::new();
         lines.iter().for_each(|&line| distances.touch(LineId::new(line)));
+        let curve = distances.curve();
         let mut fewer = u64::MAX;
         for capacity in 1..70 {
             let config = LevelConfig::new("L", Bytes(64 * capacity), line_size(6), Ways::Full, Policy::Lru);
@@ -174,13 +175,12 @@ proptest! {
             let lines: Vec<LineId> = lines.iter().copied().map(LineId::new).collect();
             hierarchy.read(path, 0, &lines);
             let misses = hierarchy.counts(0).misses;
-            prop_assert_eq!(distances.misses(capacity), misses, "{} lines", capacity);
+            prop_assert_eq!(curve.misses(capacity), misses, "{} lines", capacity);
             prop_assert!(misses <= fewer);
             fewer = misses;
         }
-        prop_assert_eq!(fewer, distances.distinct_lines());
-        prop_assert_eq!(distances.misses(0), lines.len() as u64);
-        let curve: Vec<_> = distances.curve().collect();
-        prop_assert!(curve.iter().all(|&(lines, misses)| distances.misses(lines) == misses && distances.misses(lines - 1) > misses));
+        prop_assert_eq!(fewer, curve.cold_misses());
+        prop_assert_eq!(curve.misses(0), lines.len() as u64);
+        prop_assert!(curve.points().all(|(lines, misses)| curve.misses(lines) == misses && curve.misses(lines - 1) > misses));
     }
 }

@@ -1,9 +1,9 @@
-//! Address files through a small hierarchy and through the stack distances. The first byte chooses the format.
+//! Address files through a small hierarchy and through miss-ratio curves. The first byte chooses the format.
 #![no_main]
 
 use cachesim::{
-    AddressFormat, AddressReader, Bytes, Hierarchy, LevelConfig, Levels, LineSize, Policy, StackDistances,
-    Ways,
+    AddressFormat, AddressReader, Aet, Bytes, Hierarchy, LevelConfig, Levels, LineSize, Policy,
+    StackDistances, Ways,
 };
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
@@ -18,9 +18,15 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let (mut hierarchy, path) = Hierarchy::chain(&levels).expect("a plain hierarchy");
     let reader = |units| AddressReader::new(file, format, "fuzz", units);
     let replayed = reader(hierarchy.units()).replay(&mut hierarchy, path).is_ok();
-    let measured: Option<StackDistances> = reader(hierarchy.units()).stack_distances(line).ok();
-    assert_eq!(replayed, measured.is_some());
-    if let Some(distances) = measured {
-        assert_eq!(distances.accesses(), hierarchy.counts(0).accesses);
+    let (mut distances, mut aet) = (StackDistances::new(), Aet::new());
+    let measured = reader(hierarchy.units()).for_each_line(line, |line| {
+        distances.touch(line);
+        aet.touch(line);
+    });
+    assert_eq!(replayed, measured.is_ok());
+    if replayed {
+        for curve in [distances.curve(), aet.curve()] {
+            assert_eq!(curve.accesses(), hierarchy.counts(0).accesses);
+        }
     }
 });

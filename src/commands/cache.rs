@@ -1,14 +1,15 @@
 //! `raybudget cache`: a stream of addresses through a hierarchy of caches.
 
 use crate::Outcome;
-use crate::args::{CacheArgs, Format};
+use crate::args::{CacheArgs, CurveKind, Format};
 use crate::console;
 use crate::meter::{Meter, thread_cpu_s};
 use crate::output::read_text;
 use crate::progress::Progress;
 use anyhow::anyhow;
 use cachesim::{
-    AddressFormat, AddressReader, Hierarchy, LevelCounts, Levels, LineSize, MemoryCounts, StackDistances,
+    AddressFormat, AddressReader, Aet, Hierarchy, LevelConfig, LevelCounts, Levels, LineSize, MemoryCounts,
+    MissCurve, Policy, StackDistances, WriteMiss,
 };
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -24,10 +25,12 @@ pub(crate) fn run(args: &CacheArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     open(&args.addresses, hierarchy.units())?.replay(&mut hierarchy, path)?;
     let line = hierarchy.granule(path);
     let curve = match args.curve {
-        true => {
-            Some(Curve { line, distances: open(&args.addresses, hierarchy.units())?.stack_distances(line)? })
+        Some(kind) => {
+            let misses = miss_curve(open(&args.addresses, hierarchy.units())?, line, kind)?;
+            let first = FirstLevel::new(&levels.as_slice()[0], hierarchy.counts(0), &misses);
+            Some(Curve { kind, line, misses, first })
         }
-        false => None,
+        None => None,
     };
     drop(progress);
     let counts = Counts {
@@ -54,6 +57,25 @@ fn open(path: &Path, units: u32) -> anyhow::Result<AddressReader<BufReader<File>
     Ok(AddressReader::new(BufReader::with_capacity(1 << 20, file), format, &shown, units))
 }
 
+fn miss_curve(
+    addresses: AddressReader<BufReader<File>>,
+    line: LineSize,
+    kind: CurveKind,
+) -> Result<MissCurve, cachesim::Error> {
+    Ok(match kind {
+        CurveKind::Exact => {
+            let mut distances = StackDistances::new();
+            addresses.for_each_line(line, |line| distances.touch(line))?;
+            distances.curve()
+        }
+        CurveKind::Aet => {
+            let mut aet = Aet::new();
+            addresses.for_each_line(line, |line| aet.touch(line))?;
+            aet.curve()
+        }
+    })
+}
+
 struct Counts {
     levels: Vec<(String, LevelCounts)>,
     memory: MemoryCounts,
@@ -62,16 +84,52 @@ struct Counts {
 
 /// Misses of a fully associative LRU cache of every size.
 struct Curve {
+    kind: CurveKind,
     line: LineSize,
-    distances: StackDistances,
+    misses: MissCurve,
+    first: Option<FirstLevel>,
+}
+
+/// What a curve says of the first level, beside what its simulation does.
+struct FirstLevel {
+    name: String,
+    sets: u64,
+    ways: u64,
+    misses: u64,
+    estimated_misses: f64,
+    /// Estimated less simulated miss ratio.
+    error: f64,
+}
+
+impl FirstLevel {
+    /// `None` where the level is not what a curve is of: one LRU cache of whole lines that keeps all it is asked for.
+    fn new(config: &LevelConfig, counts: LevelCounts, curve: &MissCurve) -> Option<Self> {
+        let whole = config.policy == Policy::Lru
+            && config.count == 1
+            && config.granule() == config.line
+            && config.write_miss != WriteMiss::Around;
+        whole.then(|| {
+            let (sets, ways, misses) = (config.sets(), config.way_count(), counts.misses);
+            let estimated_misses = curve.set_associative(sets, ways);
+            let error = (estimated_misses - misses as f64) / curve.accesses() as f64;
+            Self { name: config.name.clone(), sets, ways, misses, estimated_misses, error }
+        })
+    }
 }
 
 impl Curve {
+    fn kind(&self) -> &'static str {
+        match self.kind {
+            CurveKind::Exact => "exact",
+            CurveKind::Aet => "aet",
+        }
+    }
+
     /// Lines, bytes, misses and miss ratio of every size that misses less than the one before.
     fn points(&self) -> impl Iterator<Item = (u64, u64, u64, f64)> + '_ {
-        let accesses = self.distances.accesses() as f64;
-        self.distances
-            .curve()
+        let accesses = self.misses.accesses() as f64;
+        self.misses
+            .points()
             .map(move |(lines, misses)| (lines, lines * self.line.bytes(), misses, misses as f64 / accesses))
     }
 }
@@ -122,10 +180,22 @@ impl Counts {
                     json!({"lines": lines, "bytes": bytes, "misses": misses, "miss_ratio": ratio})
                 })
                 .collect();
+            let first = curve.first.as_ref().map(|first| {
+                json!({
+                    "name": first.name,
+                    "sets": first.sets,
+                    "ways": first.ways,
+                    "misses": first.misses,
+                    "estimated_misses": first.estimated_misses,
+                    "miss_ratio_error": first.error,
+                })
+            });
             whole["curve"] = json!({
+                "kind": curve.kind(),
                 "line_bytes": curve.line.bytes(),
-                "accesses": curve.distances.accesses(),
-                "distinct_lines": curve.distances.distinct_lines(),
+                "accesses": curve.misses.accesses(),
+                "distinct_lines": curve.misses.cold_misses(),
+                "first_level": first,
                 "points": points,
             });
         }
@@ -161,11 +231,23 @@ impl Counts {
         }
         if let Some(curve) = &self.curve {
             line(format!(
-                "\nfully associative LRU, lines of {} bytes: {} accesses, {} distinct lines",
+                "\nfully associative LRU ({}), lines of {} bytes: {} accesses, {} distinct lines",
+                curve.kind(),
                 curve.line.bytes(),
-                curve.distances.accesses(),
-                curve.distances.distinct_lines()
+                curve.misses.accesses(),
+                curve.misses.cold_misses()
             ));
+            if let Some(first) = &curve.first {
+                line(format!(
+                    "estimate for {} ({} sets, {} ways): {:.0} misses, simulated {}, error in miss ratio {:+.3} %",
+                    first.name,
+                    first.sets,
+                    first.ways,
+                    first.estimated_misses,
+                    first.misses,
+                    first.error * 100.0
+                ));
+            }
             line(format!("{:>12}{:>16}{:>16}{:>12}", "lines", "bytes", "misses", "miss ratio"));
             for (lines, bytes, misses, ratio) in curve.points() {
                 line(format!("{lines:>12}{bytes:>16}{misses:>16}{:>10.3} %", ratio * 100.0));

@@ -66,11 +66,40 @@ fn the_curve_ends_at_the_distinct_lines_and_agrees_with_a_simulated_cache() {
     };
     assert_eq!(at(8192 / 64)["misses"], counts["levels"][0]["misses"]);
     assert_eq!(points.last().expect("a point")["misses"], counts["curve"]["distinct_lines"]);
+    assert_eq!(counts["curve"]["kind"], "exact");
+    let first = &counts["curve"]["first_level"];
+    assert_eq!(first["estimated_misses"].as_f64(), first["misses"].as_u64().map(|misses| misses as f64));
     let csv = raybudget(args.iter().chain(&["csv"])).ok();
     assert_eq!(csv.lines().count(), points.len() + 1);
     assert!(csv.starts_with("lines,bytes,misses,miss_ratio\n"), "{csv}");
     let text = raybudget(args.iter().chain(&["text"])).ok();
     assert!(text.contains("distinct lines"), "{text}");
+}
+
+#[test]
+fn a_curve_estimates_the_misses_of_the_first_level_and_tells_the_error() {
+    let dir = folder();
+    let addresses = stream(&dir, Stream::Bvh, 1_000_000);
+    let levels = file(&dir, "levels.toml", LEVELS);
+    let run = |kind: &str, levels: &str, format: &str| {
+        raybudget(["cache", arg(&addresses), "--levels", levels, kind, "--format", format])
+    };
+    for (kind, name) in [("--curve=exact", "exact"), ("--curve=aet", "aet")] {
+        let curve = run(kind, arg(&levels), "json").json()["curve"].take();
+        assert_eq!((&curve["kind"], &curve["accesses"]), (&name.into(), &1_000_000.into()));
+        let first = &curve["first_level"];
+        assert_eq!((&first["name"], &first["misses"]), (&"L1".into(), &193_614.into()));
+        assert_eq!((&first["sets"], &first["ways"]), (&64.into(), &4.into()));
+        let error = first["miss_ratio_error"].as_f64().expect("a number");
+        let misses = first["estimated_misses"].as_f64().expect("a number");
+        assert!((misses - 193_614.0 - error * 1e6).abs() < 1e-3, "{kind}: {error}");
+        assert!((-0.045..-0.035).contains(&error), "{kind}: {error}");
+    }
+    let text = run("--curve=aet", arg(&levels), "text").ok();
+    assert!(text.contains("(aet)") && text.contains("estimate for L1 (64 sets, 4 ways): "), "{text}");
+    let fifo = file(&dir, "fifo.toml", LEVELS.replacen("lru", "fifo", 1));
+    assert!(run("--curve", arg(&fifo), "json").json()["curve"]["first_level"].is_null());
+    assert!(run("--curve=shards", arg(&levels), "json").refused().contains("exact, aet"));
 }
 
 #[test]

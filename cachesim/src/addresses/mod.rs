@@ -6,10 +6,9 @@ mod text;
 use std::io::BufRead;
 use std::path::Path;
 
-use crate::address::{Access, LineSize};
+use crate::address::{Access, LineId, LineSize};
 use crate::error::{Error, Place};
 use crate::hierarchy::{Hierarchy, PathId};
-use crate::stack_distance::StackDistances;
 
 /// The most bytes that one access may touch.
 pub const MAX_ACCESS_BYTES: u64 = 1 << 20;
@@ -108,19 +107,15 @@ impl<R: BufRead> AddressReader<R> {
         Ok(())
     }
 
-    /// Measures the stack distances of all accesses, reads and writes of all units alike, in lines of
-    /// `line`.
+    /// Calls `touch` with the line, of size `line`, of every access, reads and writes of all units alike.
     ///
     /// # Errors
     /// As [`Self::next_block`].
-    pub fn stack_distances(mut self, line: LineSize) -> Result<StackDistances, Error> {
-        let mut distances = StackDistances::new();
+    pub fn for_each_line(mut self, line: LineSize, mut touch: impl FnMut(LineId)) -> Result<(), Error> {
         let mut block = Vec::new();
         while self.next_block(line, &mut block)?.is_some() {
-            for access in &block {
-                distances.touch(access.line());
-            }
+            block.iter().for_each(|access| touch(access.line()));
         }
-        Ok(distances)
+        Ok(())
     }
 }

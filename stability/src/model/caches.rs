@@ -68,10 +68,11 @@ fn random(size: Size) -> Case {
     };
     let mut distances = StackDistances::new();
     stream().for_each(|line| distances.touch(LineId::new(line)));
+    let curve = distances.curve();
     let (mut unlike, mut before) = (0, u64::MAX);
     for shift in 0..=size.of(18, 24) {
         let found = misses(1 << shift, Ways::Full, stream());
-        unlike += found.abs_diff(distances.misses(1 << shift)) + u64::from(found > before);
+        unlike += found.abs_diff(curve.misses(1 << shift)) + u64::from(found > before);
         before = found;
     }
     Case::none_of(
@@ -80,5 +81,5 @@ fn random(size: Size) -> Case {
         "misses too many or too few",
         unlike,
     )
-    .because(format!("{count} accesses to {} lines", distances.distinct_lines()))
+    .because(format!("{count} accesses to {} lines", curve.cold_misses()))
 }
