@@ -119,13 +119,14 @@ fn the_least_and_the_fastest_that_a_gpu_can_be_have_finite_times() {
     }
 }
 
-/// Checks that more of one thing makes no frame slower. The default rung's time follows from a formula and may rise by rounding alone;
-/// a simulated one may rise by 1 %, for an earlier answer can change the order of all that follows.
+/// Checks that more of one thing makes no frame slower. A time may rise by 1 %, for it can change the order of all that follows: on
+/// the default rung that of the warps, on the other one that of all events. (Of one replay the default rung's time rises by
+/// rounding alone, which `verify stability` checks.)
 fn check_falls(key: &str, values: [&str; 5]) {
-    for (rung, rise) in [("replay", 1.0 + 1e-9), ("timed", 1.01)] {
+    for rung in RUNGS {
         let times = values.map(|value| time(rung, &[format!("{key}={value}")]));
         assert!(times.iter().all(|time| time.is_finite() && *time > 0.0), "{rung} {key}: {times:?}");
-        assert!(times.windows(2).all(|pair| pair[1] <= pair[0] * rise), "{rung} {key}: {times:?}");
+        assert!(times.windows(2).all(|pair| pair[1] <= 1.01 * pair[0]), "{rung} {key}: {times:?}");
         assert!(times[4] < times[0], "{rung} {key} changes nothing: {times:?}");
     }
 }
