@@ -25,7 +25,7 @@ pub(crate) struct Seen {
 pub struct Window {
     /// Ticks.
     pub ticks: u64,
-    /// Turns issued: in a tick, one by each core that has a warp.
+    /// Turns issued: in a tick, as many as there are cores with warps.
     pub turns: u64,
     /// Resident warps, summed over ticks.
     pub warp_ticks: u64,

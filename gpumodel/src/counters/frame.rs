@@ -85,7 +85,7 @@ counters! {
 }
 
 counters! {
-    /// How full the cores were. A tick lets every core that has a warp issue the memory step of one.
+    /// How full the cores were. In a tick as many turns are issued as there are cores with warps.
     pub struct ScheduleCounters {
         /// Ticks.
         pub ticks: u64,
