@@ -222,7 +222,7 @@ fn extremes_that_are_legal_are_read() {
     for cachesim::BuiltinDram { name: standard, .. } in cachesim::DRAM_STANDARDS {
         let to = format!("standard = {{ value = \"{standard}\"");
         assert_eq!(
-            with(&[("standard = { value = \"lpddr4x\"", &to)]).expect("known").dram.standard,
+            with(&[("standard = { value = \"lpddr4x\"", &to)]).expect("known").dram.standard.name,
             *standard
         );
     }

@@ -89,7 +89,7 @@ fn a_dependent_chain_has_the_latency_of_the_level_that_holds_it() {
 /// find it open, and need no activate, unless its bank was refreshed since the line before: once per tREFI, at any time.
 /// Whoever comes during a refresh waits for its end: tRFC and, where the row was open, the precharge before it.
 fn chain_to_memory_seconds(gpu: &Gpu, shut: f64) -> f64 {
-    let config = gpu.dram.simulated().unwrap();
+    let config = gpu.dram.simulated();
     let timings = config.timings().unwrap();
     let seconds = |ps: u64| ps as f64 * 1e-12;
     let (refi, rcd) = (seconds(timings.refi), seconds(timings.rcd));

@@ -41,7 +41,7 @@ fn write_misses(
     answer: &Answer,
     machine: &Machine,
 ) -> anyhow::Result<()> {
-    let clock_ps = NonZeroU64::new(machine.config.gpu.dram.simulated()?.timings()?.clock);
+    let clock_ps = NonZeroU64::new(machine.config.gpu.dram.simulated().timings()?.clock);
     let format = match format {
         MissTrace::Dramsim3 => MissTraceFormat::DramSim3 { clock_ps: clock_ps.unwrap_or(NonZeroU64::MIN) },
         MissTrace::Ramulator2 => MissTraceFormat::Ramulator2,

@@ -218,6 +218,18 @@ impl DramStandard {
         Self::parse(found.toml, &format!("configs/dram/{}.toml", found.name))
     }
 
+    /// Seconds from an activate of a bank to its first read (tRCD).
+    #[must_use]
+    pub fn row_open_seconds(&self) -> f64 {
+        self.waits.rcd.ns * 1e-9
+    }
+
+    /// Seconds from an activate of a bank to its next one (tRC).
+    #[must_use]
+    pub fn row_cycle_seconds(&self) -> f64 {
+        self.waits.rc.ns * 1e-9
+    }
+
     /// Bytes that one read or write command moves.
     #[must_use]
     pub fn burst_bytes(&self) -> u64 {

@@ -188,7 +188,7 @@ pub struct Paths {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dram {
     /// Timings, banks and rows: one of [`cachesim::DRAM_STANDARDS`].
-    pub standard: String,
+    pub standard: DramStandard,
     /// Channels, which share the peak.
     pub channels: u32,
     /// Requests that the scheduler of each channel sees.
@@ -199,6 +199,10 @@ pub struct Dram {
     pub efficiency: f64,
     /// Seconds that a miss of the last cache waits where nothing else does, the row that it opens included.
     pub latency_seconds: f64,
+    /// Seconds by which a line comes sooner whose row is open already: the standard's tRCD.
+    pub row_open_seconds: f64,
+    /// Seconds by which a line comes later whose bank has just opened another row: the standard's tRC.
+    pub row_cycle_seconds: f64,
 }
 
 /// Rasterisation in bins: parts of the screen that fit into tile memory.
@@ -227,16 +231,13 @@ pub struct Output {
 
 impl Dram {
     /// As the simulation of DRAM takes it.
-    ///
-    /// # Errors
-    /// When the standard is none that comes with the program.
-    pub fn simulated(&self) -> Result<DramConfig, cachesim::Error> {
-        Ok(DramConfig {
-            standard: DramStandard::builtin(&self.standard)?,
+    pub fn simulated(&self) -> DramConfig {
+        DramConfig {
+            standard: self.standard.clone(),
             channels: self.channels,
             bytes_per_second: self.peak_bytes_per_second,
             queue: self.queue,
-        })
+        }
     }
 }
 
@@ -292,6 +293,7 @@ impl Gpu {
             );
             return Err(file.refuse(key, &span, problem, &remedy));
         }
+        let standard = dram_standard(&file, &raw.dram.standard)?;
         Ok(Self {
             identity: Identity {
                 name: name.into_inner(),
@@ -326,12 +328,14 @@ impl Gpu {
             paths,
             translation: raw.translation.map(|raw| translation(&file, &raw)).transpose()?,
             dram: Dram {
-                standard: dram_standard(&file, &raw.dram.standard)?,
                 channels: file.within("dram.channels", &raw.dram.channels, 1..=cachesim::MAX_CHANNELS)?,
                 queue: file.within("dram.queue", &raw.dram.queue, 1..=cachesim::MAX_QUEUE)?,
                 peak_bytes_per_second: file.within("dram.peak_gbs", &raw.dram.peak_gbs, 1e-9..=1e7)? * 1e9,
                 efficiency: file.within("dram.efficiency", &raw.dram.efficiency, 0.01..=1.0)?,
                 latency_seconds: file.within("dram.latency_ns", &raw.dram.latency_ns, RATE)? * 1e-9,
+                row_open_seconds: standard.row_open_seconds(),
+                row_cycle_seconds: standard.row_cycle_seconds(),
+                standard,
             },
             tiler: tiler(&file, &raw.tiler)?,
             output: Output {

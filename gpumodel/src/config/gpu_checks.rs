@@ -6,7 +6,7 @@ use super::gpu_file::{
 };
 use super::sourced::{File, Sourced};
 use crate::error::Error;
-use cachesim::{Bytes, LevelConfig, Levels, LineSize, Policy, Ways};
+use cachesim::{Bytes, DramStandard, LevelConfig, Levels, LineSize, Policy, Ways};
 use std::ops::{Range, RangeInclusive};
 
 /// Smallest line or sector: the 16 bytes of one vec4 load never straddle two.
@@ -39,20 +39,15 @@ pub(super) fn texture(file: &File<'_>, raw: &TextureFile) -> Result<TextureUnit,
     })
 }
 
-pub(super) fn dram_standard(file: &File<'_>, figure: &Sourced<String>) -> Result<String, Error> {
+pub(super) fn dram_standard(file: &File<'_>, figure: &Sourced<String>) -> Result<DramStandard, Error> {
     let key = "dram.standard";
     let standard = file.sourced(key, figure)?;
-    let known: Vec<&str> = cachesim::DRAM_STANDARDS.iter().map(|known| known.name).collect();
-    if known.contains(&standard.as_str()) {
-        return Ok(standard.clone());
-    }
-    let problem = format!("is '{standard}', expected one of: {}", known.join(", "));
-    Err(file.refuse(
-        key,
-        &figure.value.span(),
-        problem,
-        "name the nearest of these, and say so in its source",
-    ))
+    DramStandard::builtin(standard).map_err(|_| {
+        let known: Vec<&str> = cachesim::DRAM_STANDARDS.iter().map(|known| known.name).collect();
+        let problem = format!("is '{standard}', expected one of: {}", known.join(", "));
+        let remedy = "name the nearest of these, and say so in its source";
+        file.refuse(key, &figure.value.span(), problem, remedy)
+    })
 }
 
 pub(super) fn registers(

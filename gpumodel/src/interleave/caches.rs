@@ -26,8 +26,6 @@ struct Route {
     /// Cycles that the first cache takes for a line, if it is that of buffers and cores share it; otherwise 0, as a core's port is no
     /// faster than its own cache.
     shared_cycles: f64,
-    /// By position on the path, cycles by which a miss there delays the data.
-    beyond: [f64; MAX_LEVELS],
 }
 
 /// A turn whose accesses have been gathered.
@@ -59,12 +57,16 @@ pub(super) struct Waits {
 pub(super) struct Delay {
     pub(super) place: u32,
     pub(super) cycles: f64,
+    /// They come from memory.
+    pub(super) memory: bool,
 }
 
 /// The caches, and accesses gathered for them.
 pub(super) struct Caches {
     pub(super) hierarchy: Hierarchy,
     routes: [Option<Route>; Run::KEYS],
+    /// By key and position on its path, cycles by which a miss there delays the data.
+    beyond: [[f64; MAX_LEVELS]; Run::KEYS],
     /// The first `gathered` of [`PENDING`] take one path of one core.
     pending: Vec<Access>,
     /// Of each of these, the key.
@@ -72,8 +74,8 @@ pub(super) struct Caches {
     gathered: usize,
     pending_path: PathId,
     pending_core: u32,
-    /// As [`Route::beyond`].
-    pending_beyond: [f64; MAX_LEVELS],
+    /// A key whose runs take this path.
+    pending_key: usize,
     /// The turns of these; the latest may go on.
     pending_turns: Vec<GatheredTurn>,
     /// Lines that the latest turn has asked for.
@@ -123,19 +125,21 @@ impl Caches {
                     }
                     _ => 0.0,
                 },
-                beyond: beyond(gpu, levels),
             })
         };
-        let pending_beyond = beyond(gpu, hierarchy.path(paths.ssbo));
+        let routes: [Option<Route>; Run::KEYS] = std::array::from_fn(route);
+        let beyond = routes
+            .map(|route| route.map_or([0.0; MAX_LEVELS], |route| beyond(gpu, hierarchy.path(route.path))));
         Self {
-            routes: std::array::from_fn(route),
+            routes,
+            beyond,
             hierarchy,
             pending: vec![Access::read(LineId::new(0)); PENDING + MOST_LINES],
             pending_keys: vec![0; PENDING + MOST_LINES],
             gathered: 0,
             pending_path: paths.ssbo,
             pending_core: 0,
-            pending_beyond,
+            pending_key: 0,
             pending_turns: Vec::new(),
             turn_lines: 0,
             issuing: Resident::default(),
@@ -152,17 +156,15 @@ impl Caches {
     #[inline(always)]
     pub(super) fn access(&mut self, core: u32, warp: Resident, run: Run, lines: &[u32]) {
         let key = run.key();
-        let Some(Route {
-            path, write, by_core, repeatable_lines, private: (base, stride), ref beyond, ..
-        }) = self.routes[key]
+        let Some(Route { path, write, by_core, repeatable_lines, private: (base, stride), .. }) =
+            self.routes[key]
         else {
             return;
         };
         let core = if by_core { core } else { 0 };
         if path != self.pending_path || core != self.pending_core {
-            let beyond = *beyond;
             self.flush_pending();
-            (self.pending_path, self.pending_core, self.pending_beyond) = (path, core, beyond);
+            (self.pending_path, self.pending_core, self.pending_key) = (path, core, key);
         }
         self.issuing = warp;
         let count = run.lines();
@@ -208,13 +210,16 @@ impl Caches {
             &mut self.missed,
         );
         let Self { missed, pending_turns, issuing, .. } = self;
-        for (missed, &cycles) in missed.levels.iter_mut().zip(&self.pending_beyond) {
+        let levels = self.hierarchy.path(self.pending_path).len();
+        let beyond = self.beyond[self.pending_key].iter().take(levels).enumerate();
+        for (missed, (position, &cycles)) in missed.levels.iter_mut().zip(beyond) {
+            let memory = position + 1 == levels;
             // The lines of a turn are on their way together: it waits once for all that missed at a level.
             let (mut turns, mut delayed) = (Turns::new(pending_turns, *issuing), None);
             for access in missed.drain(..).filter(|&access| !self.pending[access as usize].is_write()) {
                 let (turn, warp) = turns.of(access);
                 if delayed.replace(turn) != Some(turn) {
-                    self.delays.push(Delay { place: warp.place, cycles });
+                    self.delays.push(Delay { place: warp.place, cycles, memory });
                 }
             }
         }

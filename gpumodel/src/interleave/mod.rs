@@ -8,6 +8,8 @@
 //! On each core the warp that has been ready for longest is next, and the core whose next turn starts first issues it. A turn keeps
 //! its core busy for the cycles of the load/store port, or for the mean share of a turn of its tile in the ALU's or the elementary functions'
 //! time, if that is longer. The warp is ready again when its data are there: after the latency of the farthest place that they come from.
+//! Memory's is drawn evenly from what a DRAM bank may make of it, from an open row to one that was opened just before: with equal latencies
+//! warps could keep in step for a whole frame.
 //! The only queue is that for a cache which cores share and which is the first on a path: with many lines per turn it would
 //! otherwise be asked for more than it can serve.
 //!
@@ -131,8 +133,10 @@ pub(crate) struct Interleaver {
     /// Turns up to the one that is looked at next, and from now until then.
     sampled: u64,
     until_sample: u64,
-    /// Turns whose data came from beyond the first cache.
-    delayed: u64,
+    /// Turns whose data came from memory.
+    from_memory: u64,
+    /// What the state of a DRAM bank adds to the latency of memory, from the least to the most, in cycles.
+    bank_delay: Range<f64>,
 }
 
 /// Of so many turns, it is seen how far away the data of one are: of the first turns, which may be all, of each; of later ones, of
@@ -140,11 +144,6 @@ pub(crate) struct Interleaver {
 const SAMPLED_TURNS: [u64; 3] = [1, 17, 127];
 /// Up to which turn each of these but the last holds.
 const SAMPLED_UP_TO: [u64; 2] = [1 << 12, 1 << 18];
-
-/// A delay is at most by this part of it shorter or longer, evenly drawn: with equal delays warps could keep in step for a whole frame.
-/// As for a line of an open row, or of a bank that has another row open: tRCD less and tRP more, each 18 ns on LPDDR4X (configs/dram), of
-/// the 300 ns that memory takes as seen past the caches of the Adreno 640 (configs/gpus).
-const DELAY_SPREAD: f64 = 0.06;
 
 impl Interleaver {
     pub(crate) fn new(
@@ -177,7 +176,8 @@ impl Interleaver {
             next_number: 0,
             sampled: SAMPLED_TURNS[0],
             until_sample: SAMPLED_TURNS[0],
-            delayed: 0,
+            from_memory: 0,
+            bank_delay: -gpu.dram.row_open_seconds * gpu.clock.hz..gpu.dram.row_cycle_seconds * gpu.clock.hz,
         }
     }
 
@@ -353,10 +353,14 @@ impl Interleaver {
         if self.caches.delays.is_empty() {
             return;
         }
-        for Delay { place, cycles } in self.caches.delays.drain(..) {
-            self.delayed += 1;
-            self.ready[place as usize] +=
-                cycles * (1.0 + DELAY_SPREAD * (2.0 * fraction(self.delayed) - 1.0));
+        for Delay { place, cycles, memory } in self.caches.delays.drain(..) {
+            let mut bank = 0.0;
+            if memory {
+                self.from_memory += 1;
+                let Range { start, end } = self.bank_delay;
+                bank = start + (end - start) * fraction(self.from_memory);
+            }
+            self.ready[place as usize] += (cycles + bank).max(0.0);
         }
         (0..self.cores).for_each(|core| self.plan(core));
     }
@@ -451,8 +455,9 @@ mod tests {
         let (late, soon) = (interleaver.ready[0], interleaver.ready[1]);
         assert_eq!((soon, interleaver.next[0]), (shared_until + near, 1));
         assert!(shared_until > busy_until, "a line takes the cache's time, and none of the port's here");
-        let spread = DELAY_SPREAD * far;
-        assert!((far - spread..shared_until + far + spread).contains(&late), "{late}");
+        let Range { start, end } = interleaver.bank_delay;
+        assert!(start < 0.0 && end > 0.0);
+        assert!((far + start..shared_until + far + end).contains(&late), "{late}");
     }
 
     #[test]

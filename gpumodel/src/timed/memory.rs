@@ -153,7 +153,7 @@ impl Memory {
         paths: KindPaths,
         places: Places,
     ) -> Result<Self, Error> {
-        let config = gpu.dram.simulated().map_err(|error| Error::dram(gpu, &error))?;
+        let config = gpu.dram.simulated();
         let dram = Dram::new(&config).map_err(|error| Error::dram(gpu, &error))?;
         let cycles_per_ps = gpu.clock.hz * 1e-12;
         let line_bytes = gpu.caches.iter().map(|cache| cache.line_bytes).max().unwrap_or(0);

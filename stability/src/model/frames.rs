@@ -217,6 +217,8 @@ fn rescaled(frame: &FrameTracer<'_>) -> [Case; 2] {
             fast.gpu.clock.hz *= 2.0;
             fast.gpu.dram.peak_bytes_per_second *= 2.0;
             fast.gpu.dram.latency_seconds *= 0.5;
+            fast.gpu.dram.row_open_seconds *= 0.5;
+            fast.gpu.dram.row_cycle_seconds *= 0.5;
             if let Some(translation) = &mut fast.gpu.translation {
                 translation.walk_seconds *= 0.5;
             }
