@@ -94,7 +94,7 @@ fn memory_of_several_channels_has_a_rate_that_its_standard_knows() {
     for builtin in GPUS {
         let gpu = gpu(builtin.name);
         let transfers = gpu.dram.peak_bytes_per_second / (f64::from(gpu.dram.channels) * 2.0);
-        let fastest = match gpu.dram.standard.as_str() {
+        let fastest = match gpu.dram.standard.name.as_str() {
             "lpddr4x" => 4.3e9,
             "lpddr5" => 6.4e9,
             // LPDDR5T and overclocked parts included.
