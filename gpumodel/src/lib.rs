@@ -17,6 +17,7 @@ pub mod kernel;
 mod layout;
 #[cfg(test)]
 mod mock;
+mod prepared;
 pub mod queueing;
 mod random;
 mod replay;
@@ -24,6 +25,7 @@ mod schedule;
 mod timed;
 mod warp;
 mod windows;
+mod workshop;
 
 pub use config::{
     Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu,

@@ -1,0 +1,81 @@
+//! A configuration of a frame, ready to run: its program, and engines for its warps.
+
+use crate::config::Gpu;
+use crate::engine::Engine;
+use crate::error::Error;
+use crate::geometry;
+use crate::interleave::KindPaths;
+use crate::layout::Buffers;
+use crate::replay::{Maps, ReplayConfig};
+use crate::schedule::{LaneMap, resident_warps};
+use crate::warp::Program;
+use cachesim::Hierarchy;
+use std::sync::Arc;
+use tracer::{TileSource, TraceHeader};
+
+/// A configuration of a frame, ready to run.
+pub(crate) struct Prepared<'a> {
+    pub(crate) config: &'a ReplayConfig,
+    pub(crate) program: Arc<Program>,
+    pub(crate) lane_map: LaneMap,
+    /// Of each core.
+    pub(crate) resident_warps: u32,
+}
+
+impl<'a> Prepared<'a> {
+    /// # Errors
+    /// When the trace and the configuration do not fit each other.
+    pub(crate) fn new<S: TileSource>(source: &S, config: &'a ReplayConfig) -> Result<Self, Error> {
+        let header = source.header();
+        if config.technique.raster.is_some() {
+            geometry::check(header)?;
+        }
+        let gpu = &config.gpu;
+        let resident_warps = resident_warps(gpu, registers(header, config)?, header)?;
+        let (hierarchy, paths) = caches(gpu)?;
+        let buffers = Buffers::new(
+            source,
+            config,
+            gpu.cores.count * resident_warps,
+            hierarchy.granule(paths.ssbo),
+            hierarchy.granule(paths.private),
+        )?;
+        let program = Arc::new(Program::new(header, buffers, config)?);
+        let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
+        Ok(Self { config, program, lane_map, resident_warps })
+    }
+
+    /// Empty cores and cold caches.
+    ///
+    /// # Errors
+    /// When the GPU's caches or memory cannot be as described.
+    pub(crate) fn engine(&self, maps: Maps) -> Result<Engine, Error> {
+        let Self { config, program, resident_warps, .. } = self;
+        let (hierarchy, paths) = caches(&config.gpu)?;
+        let places = program.buffers.places();
+        let mut engine =
+            Engine::new(config.fidelity, &config.gpu, hierarchy, paths, places, *resident_warps, maps)?;
+        if config.keeps_misses {
+            engine.keep_misses();
+        }
+        Ok(engine)
+    }
+}
+
+fn caches(gpu: &Gpu) -> Result<(Hierarchy, KindPaths), Error> {
+    let refused = |error: cachesim::Error| Error::Config {
+        file: gpu.name().to_owned(),
+        line: None,
+        key: "paths: ".to_owned(),
+        problem: error.to_string(),
+        remedy: "correct [paths]".to_owned(),
+    };
+    let (hierarchy, ids) = gpu.hierarchy().map_err(refused)?;
+    Ok((hierarchy, KindPaths::new(&ids)))
+}
+
+/// Registers of four words per lane, those of a short stack among them.
+fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u32, Error> {
+    let short_stack = (u64::from(header.short_stack) * 8).div_ceil(16);
+    Ok(config.costs.traversal(header)?.registers.saturating_add(short_stack as u32))
+}
