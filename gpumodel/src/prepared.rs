@@ -4,7 +4,7 @@ use crate::config::Gpu;
 use crate::engine::Engine;
 use crate::error::Error;
 use crate::geometry;
-use crate::interleave::KindPaths;
+use crate::interleave::{Interleaver, KindPaths};
 use crate::layout::Buffers;
 use crate::replay::{Maps, ReplayConfig};
 use crate::schedule::{LaneMap, resident_warps};
@@ -45,7 +45,27 @@ impl<'a> Prepared<'a> {
         Ok(Self { config, program, lane_map, resident_warps })
     }
 
-    /// Empty cores and cold caches.
+    /// Empty cores and cold caches, on the rung [`Fidelity::Replay`](crate::Fidelity).
+    ///
+    /// # Errors
+    /// When the GPU's caches cannot be as described.
+    pub(crate) fn interleaver(&self) -> Result<Interleaver, Error> {
+        let Self { config: ReplayConfig { gpu, .. }, program, resident_warps, .. } = self;
+        let (hierarchy, paths) = caches(gpu)?;
+        let places = program.buffers.places();
+        Ok(Interleaver::new(gpu, hierarchy, paths, places, *resident_warps, Maps::Dropped))
+    }
+
+    /// Lines of all copies of the last cache before memory.
+    pub(crate) fn last_cache_lines(&self) -> u64 {
+        let gpu = &self.config.gpu;
+        gpu.paths.ssbo.last().map_or(0, |&last| {
+            let level = &gpu.levels().as_slice()[last];
+            u64::from(level.count) * level.lines()
+        })
+    }
+
+    /// Empty cores and cold caches, on the configuration's rung.
     ///
     /// # Errors
     /// When the GPU's caches or memory cannot be as described.

@@ -3,7 +3,7 @@
 //! Warps come and go, and the caches are cold at first. Time under contention is not proportional to what is asked for, so it is
 //! found window by window.
 
-use crate::counters::{Pass, WaitCounters};
+use crate::counters::{Numbers, Pass, WaitCounters};
 use cachesim::{LevelServed, MAX_LEVELS};
 
 /// When a phase has so many windows, two neighbours become one. Even.
@@ -59,8 +59,17 @@ pub(crate) struct WindowLog {
     before: Seen,
 }
 
+impl Numbers for Window {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
+        let Self { ticks, turns, warp_ticks, levels, memory_bytes, page_walks, waits } = self;
+        [ticks, turns, warp_ticks, memory_bytes, page_walks].into_iter().for_each(&mut *visit);
+        levels.each(visit);
+        waits.each(visit);
+    }
+}
+
 impl Window {
-    fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         let Self { ticks, turns, warp_ticks, levels, memory_bytes, page_walks, waits } = other;
         self.ticks += ticks;
         self.turns += turns;

@@ -33,7 +33,7 @@ pub use ray_file::{RAY_BYTES, read_rays};
 pub use topology::{Topology, TopologyNode};
 pub use trace::{
     Frame, MAX_TILE_STEPS, Omission, RayKind, RaySet, Recorder, SceneRemarks, Step, TILE_EDGE, TILE_RAYS,
-    Tile, TileRect, TileSource, TraceHeader,
+    Tile, TileOutline, TileRect, TileSource, TraceHeader,
 };
 pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};

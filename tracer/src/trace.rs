@@ -306,6 +306,22 @@ pub trait TileSource: Sync {
     /// # Errors
     /// When the tile cannot be read or is too large.
     fn tile(&self, index: u32, tile: &mut Tile) -> Result<(), Error>;
+    /// What is known of tile `index` without making it; `None` where nothing is.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    fn outline(&self, _index: u32) -> Result<Option<TileOutline>, Error> {
+        Ok(None)
+    }
     /// Traversals so far that their loop bound ended.
     fn stalls(&self) -> u64;
+}
+
+/// What is known of a tile before it is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileOutline {
+    /// Bytes that its rays take in a trace: nearly proportional to their steps.
+    pub bytes: u64,
+    /// Bytes that are left of these when they are compressed: the more, the less its rays have in common.
+    pub compressed_bytes: u64,
 }

@@ -4,6 +4,32 @@ use crate::layout::BufferKind;
 use cachesim::{LevelServed, MAX_LEVELS};
 use std::ops::{AddAssign, Sub};
 
+/// Whole numbers that add up one by one.
+pub(crate) trait Numbers {
+    /// Shows each to `visit`, always in the same order.
+    fn each(&mut self, visit: &mut dyn FnMut(&mut u64));
+}
+
+impl Numbers for u64 {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
+        visit(self);
+    }
+}
+
+impl Numbers for LevelServed {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
+        let Self { accesses, misses } = self;
+        visit(accesses);
+        visit(misses);
+    }
+}
+
+impl<T: Numbers, const COUNT: usize> Numbers for [T; COUNT] {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
+        self.iter_mut().for_each(|numbers| numbers.each(visit));
+    }
+}
+
 /// Declares a struct of `u64` counters that add up field by field.
 macro_rules! counters {
     ($(#[$doc:meta])* pub struct $name:ident { $($(#[$field_doc:meta])* pub $field:ident: $type:ty,)* }) => {
@@ -15,6 +41,13 @@ macro_rules! counters {
             fn add_assign(&mut self, other: Self) {
                 let Self { $($field),* } = other;
                 $(self.$field += $field;)*
+            }
+        }
+
+        impl Numbers for $name {
+            fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
+                let Self { $($field),* } = self;
+                $($field.each(visit);)*
             }
         }
     };
@@ -109,6 +142,15 @@ pub struct BufferTraffic {
     pub dram_write_bytes: u64,
 }
 
+impl Numbers for BufferTraffic {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
+        let Self { levels, dram_read_bytes, dram_write_bytes } = self;
+        levels.each(visit);
+        visit(dram_read_bytes);
+        visit(dram_write_bytes);
+    }
+}
+
 impl AddAssign for BufferTraffic {
     fn add_assign(&mut self, other: Self) {
         let Self { levels, dram_read_bytes, dram_write_bytes } = other;
@@ -152,6 +194,11 @@ impl TrafficCounters {
         total
     }
 
+    pub(crate) fn each_buffer(&mut self, visit: impl FnMut(&mut BufferTraffic)) {
+        let Self { node, primitive, index, normal, stack, vertex, image } = self;
+        [node, primitive, index, normal, stack, vertex, image].into_iter().for_each(visit);
+    }
+
     pub(crate) fn of_mut(&mut self, kind: BufferKind) -> &mut BufferTraffic {
         match kind {
             BufferKind::Node => &mut self.node,
@@ -186,6 +233,14 @@ impl AddAssign for WaitCounters {
         self.turns += turns;
         self.lines += lines;
         self.squares += squares;
+    }
+}
+
+impl Numbers for WaitCounters {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
+        let Self { from, turns, lines, squares } = self;
+        from.each(visit);
+        [turns, lines, squares].into_iter().for_each(visit);
     }
 }
 

@@ -4,6 +4,7 @@ mod frame;
 mod set;
 mod table;
 
+pub(crate) use frame::Numbers;
 pub use frame::{
     BufferTraffic, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass, PassCounters, ScheduleCounters,
     TrafficCounters, WaitCounters,

@@ -2,7 +2,7 @@
 
 use super::KindPaths;
 use crate::config::Gpu;
-use crate::counters::{BufferTraffic, WaitCounters};
+use crate::counters::{BufferTraffic, Pass, TrafficCounters, WaitCounters};
 use crate::layout::{BufferKind, Places};
 use crate::warp::Run;
 use crate::windows::Seen;
@@ -289,8 +289,24 @@ impl Caches {
         self.waits.from[from] += 1;
     }
 
+    /// What all that the caches have seen caused.
+    pub(super) fn traffic_by_pass(&self) -> [TrafficCounters; Pass::COUNT] {
+        let mut passes = [TrafficCounters::default(); Pass::COUNT];
+        for key in 0..Run::KEYS {
+            if let Some((pass, kind, _)) = Run::of_key(key) {
+                *passes[pass as usize].of_mut(kind) += self.traffic(key);
+            }
+        }
+        passes
+    }
+
+    /// Lines that the caches have read from memory.
+    pub(super) fn memory_reads(&self) -> u64 {
+        self.hierarchy.memory().reads
+    }
+
     /// What the accesses of a key caused.
-    pub(super) fn traffic(&self, key: usize) -> BufferTraffic {
+    fn traffic(&self, key: usize) -> BufferTraffic {
         let mut traffic = BufferTraffic::default();
         let Some(route) = &self.routes[key] else {
             return traffic;

@@ -102,6 +102,15 @@ impl Slot {
     }
 }
 
+/// What has happened since the start, after a stretch of time.
+pub(crate) struct Sums {
+    /// By [`Pass`].
+    pub(crate) traffic: [TrafficCounters; Pass::COUNT],
+    pub(crate) schedule: ScheduleCounters,
+    /// Lines read from memory.
+    pub(crate) memory_reads: u64,
+}
+
 /// The cores, their warps, and the caches that they share.
 pub(crate) struct Interleaver {
     caches: Caches,
@@ -225,6 +234,23 @@ impl Interleaver {
         }
     }
 
+    /// Runs until a slot is free that no warp waits for: up to here, all is as if more were to come.
+    pub(crate) fn run_until_short(&mut self) {
+        self.fill();
+        let full = self.cores * self.slots;
+        while !self.waiting.is_empty() || self.occupied.iter().sum::<usize>() == full {
+            self.tick();
+        }
+    }
+
+    /// Ends a stretch of time: what comes after it has windows of its own.
+    pub(crate) fn end_stretch(&mut self, pass: Pass) -> Sums {
+        let seen = self.caches.seen();
+        self.windows.end_phase(pass, &seen);
+        let Self { schedule, caches, .. } = self;
+        Sums { traffic: caches.traffic_by_pass(), schedule: *schedule, memory_reads: caches.memory_reads() }
+    }
+
     /// Runs to the end of the last warp: what is queued afterwards begins on empty cores. `pass` is the first of what ends.
     pub(crate) fn drain(&mut self, pass: Pass) {
         self.fill();
@@ -240,12 +266,7 @@ impl Interleaver {
 
     /// Writes dirty lines back; everything has been drained.
     pub(crate) fn finish(mut self) -> Finished {
-        let mut passes = [TrafficCounters::default(); Pass::COUNT];
-        for key in 0..Run::KEYS {
-            if let Some((pass, kind, _)) = Run::of_key(key) {
-                *passes[pass as usize].of_mut(kind) += self.caches.traffic(key);
-            }
-        }
+        let traffic = self.caches.traffic_by_pass();
         // The positions of a flush are level indices.
         let Served { levels, memory } = self.caches.hierarchy.flush();
         let flush = BufferTraffic {
@@ -254,7 +275,7 @@ impl Interleaver {
             dram_write_bytes: memory.write_bytes,
         };
         let Self { schedule, windows, .. } = self;
-        Finished { traffic: passes, flush, schedule, phases: windows.phases(), timed: None }
+        Finished { traffic, flush, schedule, phases: windows.phases(), timed: None }
     }
 
     /// Puts waiting warps into free slots: the first slots of all cores, then the second ones, and so on.

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::topology::Topology;
-use crate::trace::{Tile, TileSource, TraceHeader};
+use crate::trace::{Tile, TileOutline, TileSource, TraceHeader};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -232,6 +232,20 @@ impl TileSource for TraceFile {
         let rect = self.header.frame.tile(index);
         codec::decode_tile(&raw, rect, &self.limits, tile)
             .map_err(|problem| self.format_error(chunk, problem))
+    }
+
+    fn outline(&self, index: u32) -> Result<Option<TileOutline>, Error> {
+        let chunk = index as usize + 1;
+        let mut head = [0; CHUNK_HEAD_BYTES as usize];
+        let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        read_at(&mut file, self.offsets[chunk], &mut head).map_err(|source| Error::Io {
+            path: self.path.clone(),
+            action: "reading",
+            source,
+        })?;
+        let word = |at: usize| u64::from(u32::from_le_bytes(*head[at..].first_chunk().expect("four bytes")));
+        let (compressed_bytes, bytes) = (word(0), word(4));
+        Ok(Some(TileOutline { bytes, compressed_bytes }))
     }
 
     fn stalls(&self) -> u64 {
