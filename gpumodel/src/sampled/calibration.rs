@@ -20,6 +20,8 @@ impl Auxiliary {
 pub(super) struct Member {
     pub(super) known: Auxiliary,
     pub(super) weight: f64,
+    /// The variance of what it counts is taken to be in proportion to this; above 0 where it is not certain.
+    pub(super) size: f64,
     /// It stands for itself, and keeps its weight.
     pub(super) certain: bool,
 }
@@ -29,18 +31,18 @@ pub(super) struct Member {
 pub(super) fn calibrated(all: Auxiliary, members: &[Member]) -> Vec<f64> {
     let Auxiliary(mut lacks) = all;
     let mut moments = [[0.0; KNOWN]; KNOWN];
-    for &Member { known: Auxiliary(known), weight, certain } in members {
+    for &Member { known: Auxiliary(known), weight, size, certain } in members {
         lacks.iter_mut().zip(known).for_each(|(lack, known)| *lack -= weight * known);
         if !certain {
             for (row, of_row) in moments.iter_mut().zip(known) {
-                row.iter_mut().zip(known).for_each(|(moment, known)| *moment += weight * of_row * known);
+                row.iter_mut().zip(known).for_each(|(moment, known)| *moment += weight * of_row * known / size);
             }
         }
     }
     let multipliers = solved(moments, lacks);
-    let new = |&Member { known: Auxiliary(known), weight, certain }: &Member| {
+    let new = |&Member { known: Auxiliary(known), weight, size, certain }: &Member| {
         let change: f64 = known.iter().zip(multipliers).map(|(known, multiplier)| known * multiplier).sum();
-        if certain { weight } else { weight * (1.0 + change).max(0.0) }
+        if certain { weight } else { weight * (1.0 + change / size).max(0.0) }
     };
     members.iter().map(new).collect()
 }
@@ -75,7 +77,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn member(known: [f64; KNOWN], weight: f64) -> Member {
-        Member { known: Auxiliary(known), weight, certain: false }
+        Member { known: Auxiliary(known), weight, size: 1.0, certain: false }
     }
 
     fn sums(members: &[Member], weights: &[f64]) -> [f64; KNOWN] {
@@ -98,9 +100,9 @@ mod tests {
             (1..9).map(|n| member([1.0, f64::from(n), f64::from(n * n)], 2.0)).collect();
         members[0].certain = true;
         members[0].weight = 1.0;
-        let weights = calibrated(Auxiliary([16.0, 80.0, 440.0]), &members);
+        let weights = calibrated(Auxiliary([15.5, 74.0, 425.0]), &members);
         assert_eq!(weights[0], 1.0);
-        for (sum, expected) in sums(&members, &weights).into_iter().zip([16.0, 80.0, 440.0]) {
+        for (sum, expected) in sums(&members, &weights).into_iter().zip([15.5, 74.0, 425.0]) {
             assert!((sum / expected - 1.0).abs() < 1e-9, "{weights:?}");
         }
     }

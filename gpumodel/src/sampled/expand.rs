@@ -58,8 +58,8 @@ pub(super) fn expand(
     counted: &[Counted],
     uncertain: Uncertain,
 ) -> Expanded {
-    let of_tiles = calibrate(blocks.of_tiles(), picks, weights);
-    let of_stretches = calibrate(blocks.of_stretches(), picks, weights);
+    let of_tiles = calibrate(blocks, blocks.of_tiles(), picks, weights);
+    let of_stretches = calibrate(blocks, blocks.of_stretches(), picks, weights);
     let (mut issue, mut stretch) = (WeightedSum::new(), WeightedSum::new());
     let (mut turns, mut turns_in_windows) = (0.0, 0.0);
     let mut parts: Vec<(Window, f64)> = Vec::new();
@@ -92,12 +92,13 @@ pub(super) fn expand(
 }
 
 /// Weights with which picks have what is known of all blocks.
-fn calibrate(known: &[Auxiliary], picks: &[Pick], weights: &[f64]) -> Vec<f64> {
+fn calibrate(blocks: &Blocks, known: &[Auxiliary], picks: &[Pick], weights: &[f64]) -> Vec<f64> {
     let mut all = Auxiliary::default();
     known.iter().for_each(|block| all.add(block.0, 1.0));
     let member = |(pick, &weight): (&Pick, &f64)| Member {
         known: known[pick.block as usize],
         weight,
+        size: blocks.size(pick.block),
         certain: pick.probability >= 1.0,
     };
     calibrated(all, &picks.iter().zip(weights).map(member).collect::<Vec<_>>())
