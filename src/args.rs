@@ -68,6 +68,8 @@ pub(crate) struct ProfileArgs {
     #[command(flatten)]
     pub(crate) machine: MachineArgs,
     #[command(flatten)]
+    pub(crate) sample: SampleArgs,
+    #[command(flatten)]
     pub(crate) report: ReportArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -83,6 +85,7 @@ impl ProfileArgs {
             scene: DEFAULT_SCENE.to_owned(),
             frame: FrameArgs::default(),
             machine: MachineArgs::default(),
+            sample: SampleArgs::default(),
             report: ReportArgs { format: Format::Text, out: Some(PathBuf::from("raybudget-out")) },
             run: RunArgs::default(),
         }
@@ -145,6 +148,8 @@ pub(crate) struct ReplayArgs {
     pub(crate) miss_trace_format: MissTrace,
     #[command(flatten)]
     pub(crate) machine: MachineArgs,
+    #[command(flatten)]
+    pub(crate) sample: SampleArgs,
     #[command(flatten)]
     pub(crate) report: ReportArgs,
     #[command(flatten)]
@@ -467,12 +472,39 @@ pub(crate) struct MachineArgs {
     /// In which order nodes lie in memory [default: depth-first].
     #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
     pub(crate) node_order: Option<String>,
-    /// How time is found: warps in turns and what they ask of each resource, or event by event, slower [default: replay].
-    #[arg(long, value_name = "RUNG", value_parser = PossibleValuesParser::new(gpumodel::Fidelity::ALL.map(gpumodel::Fidelity::name)))]
+    /// How time is found: warps in turns and what they ask of each resource, a sample of these, or event by event, slower [default: replay].
+    #[arg(long, value_name = "RUNG", value_parser = PossibleValuesParser::new(rungs()))]
     pub(crate) fidelity: Option<String>,
     /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
     #[arg(long, value_name = "FILE")]
     pub(crate) costs: Option<PathBuf>,
+}
+
+/// Names of all rungs of fidelity, the quickest first.
+fn rungs() -> Vec<&'static str> {
+    std::iter::once(SAMPLED).chain(gpumodel::Fidelity::ALL.map(gpumodel::Fidelity::name)).collect()
+}
+
+/// The rung that replays a sample.
+pub(crate) const SAMPLED: &str = "sampled";
+
+/// How much of a frame is replayed.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Sampling")]
+pub(crate) struct SampleArgs {
+    /// Replay about this part of the tiles, such as 8%, and say how far each figure may be off [default: 6% with --fidelity sampled].
+    #[arg(long, value_name = "PART", conflicts_with_all = ["within", "time_limit"])]
+    pub(crate) sample: Option<String>,
+    /// Sample until the intervals of the frame time and of the bytes of DRAM are that tight, such as 2%, or that of one counter, such as
+    /// frame_time_ms=2%; may be given again. Where a sample cannot be, everything is replayed.
+    #[arg(long, value_name = "[COUNTER=]PART", conflicts_with = "time_limit")]
+    pub(crate) within: Vec<String>,
+    /// Give the best answer in that time, such as 1s or 500ms.
+    #[arg(long, value_name = "TIME")]
+    pub(crate) time_limit: Option<String>,
+    /// Draws another sample [default: 0].
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
 }
 
 #[derive(Args, Clone, Debug)]

@@ -1,6 +1,6 @@
 //! The machine as it was asked for, checked: the GPU, the shader's costs, the technique, the layouts, and their hashes.
 
-use crate::args::MachineArgs;
+use crate::args::{MachineArgs, SAMPLED};
 use crate::figures::with_figures;
 use crate::output::read_text;
 use anyhow::{anyhow, bail};
@@ -25,9 +25,20 @@ pub(crate) struct Machine {
     pub(crate) gpu_hash: String,
     /// Of the text of the costs.
     pub(crate) costs_hash: String,
+    /// The rung that replays a sample was asked for.
+    pub(crate) sampled: bool,
 }
 
 impl Machine {
+    /// As [`Self::new`], for commands that take no samples.
+    pub(crate) fn of_whole_frames(args: &MachineArgs) -> anyhow::Result<Self> {
+        let machine = Self::new(args)?;
+        if machine.sampled {
+            bail!("--fidelity {SAMPLED}: only profile and replay take samples; leave it out here");
+        }
+        Ok(machine)
+    }
+
     pub(crate) fn new(args: &MachineArgs) -> anyhow::Result<Self> {
         let MachineArgs {
             gpu,
@@ -62,8 +73,9 @@ impl Machine {
         )?;
         let node_order =
             choice("--node-order", node_order, NodeOrder::from_name, &NodeOrder::ALL.map(NodeOrder::name))?;
-        let fidelity =
-            choice("--fidelity", fidelity, Fidelity::from_name, &Fidelity::ALL.map(Fidelity::name))?;
+        let sampled = fidelity.as_deref() == Some(SAMPLED);
+        let whole = fidelity.clone().filter(|_| !sampled);
+        let fidelity = choice("--fidelity", &whole, Fidelity::from_name, &Fidelity::ALL.map(Fidelity::name))?;
         let (costs, costs_hash) = match costs {
             None => (ShaderCosts::parse(BUILTIN_COSTS, "configs/costs.toml")?, hash(BUILTIN_COSTS)),
             Some(path) => {
@@ -82,7 +94,7 @@ impl Machine {
             fidelity: fidelity.unwrap_or_default(),
             keeps_misses: false,
         };
-        Ok(Self { config, gpu_name, gpu_hash, costs_hash })
+        Ok(Self { config, gpu_name, gpu_hash, costs_hash, sampled })
     }
 }
 

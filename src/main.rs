@@ -10,6 +10,7 @@ mod meter;
 mod output;
 mod progress;
 mod report;
+mod sample;
 mod settings;
 mod vary;
 mod verify;

@@ -12,6 +12,11 @@ impl Meter {
         Self { start: Instant::now() }
     }
 
+    /// When it was.
+    pub(crate) fn started(&self) -> Instant {
+        self.start
+    }
+
     /// Seconds since the start.
     pub(crate) fn wall_s(&self) -> f64 {
         self.start.elapsed().as_secs_f64()

@@ -5,7 +5,8 @@ use crate::machine::Machine;
 use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
 use crate::progress::Progress;
-use gpumodel::{HeatMaps, Maps, PrimitiveOrder, Replayed};
+use crate::sample::Plan;
+use gpumodel::{Attempt, HeatMaps, Maps, PrimitiveOrder, Replayed, Sampled, Sampler};
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
 use std::path::Path;
@@ -59,39 +60,92 @@ pub(crate) fn answers<S: TileSource>(
     drop(progress);
     let of_machine = |(machine, replayed): (&Machine, Replayed)| -> anyhow::Result<Answer> {
         let estimate = gpumodel::estimate(&replayed, header, source.topology(), &machine.config)?;
-        let mut scene = facts(header);
-        let stalls = replayed.counters.stalls;
-        if stalls > 0 {
-            let note =
-                format!("{stalls} traversals were ended by their loop bound: their hits may be wrong.");
-            scene.notes.push(note);
-        }
-        let run = Run {
-            wall_s: meter.wall_s(),
-            peak_rss_bytes: meter::peak_rss_bytes(),
-            fidelity: match machine.config.fidelity {
-                gpumodel::Fidelity::Replay => Fidelity::Replay,
-                gpumodel::Fidelity::Timed => Fidelity::Timed,
-            },
-            sampled_fraction: 1.0,
-            threads: rayon::current_num_threads() as u32,
-            load_s: before.load_s,
-            build_s: before.build_s,
-            replay_s,
+        let fidelity = match machine.config.fidelity {
+            gpumodel::Fidelity::Replay => Fidelity::Replay,
+            gpumodel::Fidelity::Timed => Fidelity::Timed,
         };
-        let mut report = Report::new(TOOL, inputs(header, machine), scene, &estimate, run);
-        let gpu = &machine.config.gpu;
-        let profiler = profilers.iter().find(|profiler| profiler.family == gpu.identity.family);
-        report.vendor = profiler.map(|profiler| VendorView::new(profiler, &report, gpu));
-        Ok(Answer { report, replayed })
+        let run = ran(fidelity, 1.0, before, replay_s, meter);
+        let report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
+        Ok(Answer { report: with_vendor(report, machine, &profilers), replayed })
     };
     machines.iter().zip(replayed?).map(of_machine).collect()
 }
 
-/// What the trace says of its scene.
-fn facts(header: &TraceHeader) -> SceneFacts {
-    let SceneRemarks { left_out, notes } = header.remarks.clone();
+/// Samples the tiles and reports what they stand for; replays all of them where a sample is of no use.
+pub(crate) fn sampled_answer<S: TileSource>(
+    source: &S,
+    machine: &Machine,
+    &Plan { ref goal, seed }: &Plan,
+    maps: Maps,
+    before: &Before,
+    meter: &Meter,
+) -> anyhow::Result<Answer> {
+    let whole = |reason: &str| {
+        let mut answer = answer(source, machine, maps, before, meter)?;
+        answer.report.notes.push(format!("Every tile was replayed: {reason}."));
+        Ok(answer)
+    };
+    if let Some(reason) = gpumodel::unsampled(&machine.config.technique) {
+        return whole(reason);
+    }
+    let header = source.header();
+    let profilers = Profiler::all()?;
+    let progress = Progress::spinner("sampling");
+    let (attempt, replay_s) = timed(|| Sampler::new(source, &machine.config)?.reach(goal, seed));
+    drop(progress);
+    let mut notes = Vec::new();
+    let sampled = match attempt? {
+        Attempt::Whole(reason) => return whole(&reason),
+        Attempt::Sampled(sampled) => sampled,
+        Attempt::TooLate(sampled) => {
+            notes
+                .push("The time limit was too short even for the smallest sample, which this is.".to_owned());
+            sampled
+        }
+    };
+    let Sampled { replayed, estimate, intervals, tiles } = *sampled;
+    let part = (f64::from(tiles) / f64::from(header.frame.tiles())).min(1.0);
+    let run = ran(Fidelity::Sampled, part, before, replay_s, meter);
+    let mut report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run)
+        .with_intervals(&estimate, &intervals);
+    report.inputs.seed = Some(seed);
+    report.notes.extend(notes);
+    if maps == Maps::Kept {
+        let why = "a sample has no figure for every pixel".to_owned();
+        report.left_out.push(LeftOut { what: "heat maps".to_owned(), why });
+    }
+    Ok(Answer { report: with_vendor(report, machine, &profilers), replayed })
+}
+
+/// What the run cost up to now.
+fn ran(fidelity: Fidelity, sampled_fraction: f64, before: &Before, replay_s: f64, meter: &Meter) -> Run {
+    Run {
+        wall_s: meter.wall_s(),
+        peak_rss_bytes: meter::peak_rss_bytes(),
+        fidelity,
+        sampled_fraction,
+        threads: rayon::current_num_threads() as u32,
+        load_s: before.load_s,
+        build_s: before.build_s,
+        replay_s,
+    }
+}
+
+fn with_vendor(mut report: Report, machine: &Machine, profilers: &[Profiler]) -> Report {
+    let gpu = &machine.config.gpu;
+    let profiler = profilers.iter().find(|profiler| profiler.family == gpu.identity.family);
+    report.vendor = profiler.map(|profiler| VendorView::new(profiler, &report, gpu));
+    report
+}
+
+/// What the trace says of its scene, and what was noticed on the way.
+fn facts(header: &TraceHeader, replayed: &Replayed) -> SceneFacts {
+    let SceneRemarks { left_out, mut notes } = header.remarks.clone();
     let left_out = left_out.into_iter().map(|Omission { what, why }| LeftOut { what, why });
+    let stalls = replayed.counters.stalls;
+    if stalls > 0 {
+        notes.push(format!("{stalls} traversals were ended by their loop bound: their hits may be wrong."));
+    }
     SceneFacts { left_out: left_out.collect(), notes }
 }
 
@@ -165,7 +219,7 @@ impl ReportFiles {
             json.written(json::write(report).as_bytes())?,
             csv.written(csv_table::write(report).as_bytes())?,
         ];
-        if pictures.is_empty() {
+        if pictures.is_empty() && report.inputs.width.is_none() {
             console::warn("a list of rays has no pixels: no heat maps are written");
         }
         for (file, picture) in heat_maps.into_iter().zip(pictures) {

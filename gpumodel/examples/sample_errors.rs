@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
     let sampler = Sampler::new(&source, &config)?;
     let prepare_s = start.elapsed().as_secs_f64();
-    println!("replay {whole_s:.3} s, preparing {prepare_s:.3} s, fractions {:?}", sampler.fractions());
+    println!("replay {whole_s:.3} s, preparing {prepare_s:.3} s, fractions {:?}", sampler.parts());
     let ids = [
         "frame_time_ms",
         "external_read_bytes",
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
     let mut tiles = 0;
     for seed in 0..seeds {
-        let sampled = sampler.sample(fraction.parse()?, seed * 1000 + 7, &|_, _| ())?;
+        let sampled = sampler.sample(fraction.parse()?, seed * 1000 + 7)?;
         tiles = sampled.tiles;
         for (place, id) in ids.iter().enumerate() {
             let (Some(truth), Some(found)) = (

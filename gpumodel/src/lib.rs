@@ -42,6 +42,6 @@ pub use error::Error;
 pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, StackPart, estimate};
 pub use layout::{BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
 pub use replay::{Fidelity, Maps, ReplayConfig, Replayed, replay, replay_all};
-pub use sampled::{Intervals, Sampled, Sampler, unsampled};
+pub use sampled::{Attempt, Goal, Intervals, Sampled, Sampler, unsampled};
 pub use timed::{MissRequest, TimedFrame, TimedPhase, WarpCycles};
 pub use windows::{PhaseWindows, Window};

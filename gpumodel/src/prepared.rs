@@ -56,6 +56,13 @@ impl<'a> Prepared<'a> {
         Ok(Interleaver::new(gpu, hierarchy, paths, places, *resident_warps, Maps::Dropped))
     }
 
+    /// Whether one copy of the last cache before memory has room for all buffers.
+    pub(crate) fn fits_last_cache(&self) -> bool {
+        let gpu = &self.config.gpu;
+        let bytes = self.program.buffers.sizes.total();
+        gpu.paths.ssbo.last().is_some_and(|&last| bytes <= gpu.levels().as_slice()[last].size.0)
+    }
+
     /// Lines of all copies of the last cache before memory.
     pub(crate) fn last_cache_lines(&self) -> u64 {
         let gpu = &self.config.gpu;

@@ -126,6 +126,11 @@ impl Counters {
         self.0.iter().find(|(known, _)| known == id).map(|(_, counter)| counter)
     }
 
+    /// All counters in order, to be changed.
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = (&str, &mut Counter)> {
+        self.0.iter_mut().map(|(id, counter)| (id.as_str(), counter))
+    }
+
     /// All counters in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Counter)> {
         self.0.iter().map(|(id, counter)| (id.as_str(), counter))

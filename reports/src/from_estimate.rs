@@ -2,7 +2,7 @@
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
 use crate::report::{Bound, Buffer, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};
-use gpumodel::{BufferEstimate, CounterSet, Estimate};
+use gpumodel::{BufferEstimate, CounterSet, Estimate, Intervals};
 
 /// What a report says of the scene itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -55,6 +55,27 @@ impl Report {
             notes,
         }
     }
+}
+
+impl Report {
+    /// With how far the counters of a sample may be off; `estimate` is what the report was made of.
+    #[must_use]
+    pub fn with_intervals(mut self, estimate: &Estimate, intervals: &Intervals) -> Self {
+        for (id, counter) in self.counters.iter_mut() {
+            counter.ci95 = finite(intervals.of_frame(id));
+        }
+        for (pass, of) in self.passes.iter_mut().zip(&estimate.passes) {
+            for (id, counter) in pass.counters.iter_mut() {
+                counter.ci95 = finite(intervals.of_pass(of.pass, id));
+            }
+        }
+        self
+    }
+}
+
+/// What JSON can hold.
+fn finite(interval: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    interval.filter(|ends| ends.iter().all(|end| end.is_finite()))
 }
 
 fn buffer(estimate: &BufferEstimate) -> Buffer {

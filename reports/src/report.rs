@@ -122,7 +122,7 @@ pub struct Run {
     pub peak_rss_bytes: Option<u64>,
     /// Rung of the ladder of fidelity.
     pub fidelity: Fidelity,
-    /// Part of the warps that was replayed, from 0 to 1.
+    /// Part of the tiles that was replayed, those among them that only filled cores and caches; from 0 to 1.
     pub sampled_fraction: f64,
     /// Worker threads.
     pub threads: u32,

@@ -2,7 +2,7 @@
 //! frame and one for each pass; then
 //! the bounds, what was left out, what is an estimate, and what the run cost.
 
-use crate::counters::{Counters, Value};
+use crate::counters::{Counter, Counters, Fidelity, Value};
 use crate::report::{Bound, Buffer, Inputs, Report, Run, TimePart};
 use crate::units;
 use crate::vendor::{Formula, Profiler, VendorCounter, VendorInfo, VendorPass, VendorView};
@@ -30,6 +30,7 @@ impl Style {
 const NAME_WIDTH: usize = 32;
 const NUMBER_WIDTH: usize = 14;
 const UNIT_WIDTH: usize = 7;
+const MARGIN_WIDTH: usize = 20;
 const BUFFER_WIDTH: usize = 18;
 /// Text wraps at this width.
 pub(crate) const LINE_WIDTH: usize = 100;
@@ -97,27 +98,42 @@ fn trail(inputs: &Inputs) -> String {
 /// A figure and its unit; none where there is not even a reason for its absence.
 type Cell = Option<(Value, String)>;
 
-/// Counters under one title: names, and a cell for the frame and each pass.
+/// A counter: a cell for the frame and each pass, and how far the frame's may be off.
+struct Row {
+    name: String,
+    margin: String,
+    cells: Vec<Cell>,
+}
+
+/// Counters under one title.
 struct Group {
     title: String,
-    rows: Vec<(String, Vec<Cell>)>,
+    rows: Vec<Row>,
 }
 
 fn counters(out: &mut String, report: &Report, style: Style) {
     let groups = groups(report);
-    let names = groups.iter().flat_map(|group| group.rows.iter().map(|(name, _)| name.chars().count()));
+    let names = groups.iter().flat_map(|group| group.rows.iter().map(|row| row.name.chars().count()));
+    // Only the figures of a sample may be off.
+    let margin_width = if report.run.fidelity == Fidelity::Sampled { MARGIN_WIDTH } else { 0 };
     let name_width = names.max().unwrap_or(0).max(NAME_WIDTH - 4) + 4;
     for Group { title, rows } in groups {
         line!(out);
         let mut titles = format!("{title:<name_width$}{:>NUMBER_WIDTH$} {:<UNIT_WIDTH$}", "frame", "");
+        if margin_width > 0 {
+            write!(titles, "{:<margin_width$}", "95 %").expect("a string takes every write");
+        }
         for pass in &report.passes {
             write!(titles, "{:>NUMBER_WIDTH$} {:<UNIT_WIDTH$}", pass.name, "")
                 .expect("a string takes every write");
         }
         line!(out, "{}", style.bold(titles.trim_end()));
-        for (name, cells) in rows {
-            let cells: String = cells.iter().map(cell).collect();
-            line!(out, "{}", format!("  {name:<width$}{cells}", width = name_width - 2).trim_end());
+        for Row { name, margin, cells } in rows {
+            let (frame, passes) = cells.split_at(1);
+            let [frame, passes] = [frame, passes].map(|cells| cells.iter().map(cell).collect::<String>());
+            let line =
+                format!("  {name:<width$}{frame}{margin:<margin_width$}{passes}", width = name_width - 2);
+            line!(out, "{}", line.trim_end());
         }
     }
 }
@@ -137,7 +153,8 @@ fn groups(report: &Report) -> Vec<Group> {
         };
         let cells =
             std::iter::once(&report.counters).chain(report.passes.iter().map(|pass| &pass.counters)).map(of);
-        let row = (info.name.to_owned(), cells.collect());
+        let margin = report.counters.get(info.id).map(margin).unwrap_or_default();
+        let row = Row { name: info.name.to_owned(), margin, cells: cells.collect() };
         match ours.iter_mut().find(|group| group.title == info.group) {
             Some(group) => group.rows.push(row),
             None => ours.push(Group { title: info.group.to_owned(), rows: vec![row] }),
@@ -145,7 +162,7 @@ fn groups(report: &Report) -> Vec<Group> {
     }
     if let Some((view, profiler)) = view {
         let before = ours.len().min(2);
-        ours.splice(before..before, vendor_groups(view, &profiler));
+        ours.splice(before..before, vendor_groups(view, &profiler, &report.counters));
     }
     ours
 }
@@ -166,7 +183,7 @@ fn renamed(profiler: &Profiler) -> Vec<&'static str> {
     profiler.counters.iter().filter_map(renames).collect()
 }
 
-fn vendor_groups(view: &VendorView, profiler: &Profiler) -> Vec<Group> {
+fn vendor_groups(view: &VendorView, profiler: &Profiler, ours: &Counters) -> Vec<Group> {
     let row = |info: &VendorInfo| {
         let VendorCounter { value, unit, .. } = view.counters.get(&info.name)?;
         value.as_f64()?;
@@ -182,7 +199,13 @@ fn vendor_groups(view: &VendorView, profiler: &Profiler) -> Vec<Group> {
         };
         let cells =
             std::iter::once(Some((value.clone(), unit.clone()))).chain(view.passes.iter().map(of_pass));
-        Some((info.name.clone(), cells.collect()))
+        // Of a formula of several counters it is not known.
+        let renamed = match &info.formula {
+            Formula::Known(formula) => formula.renames().and_then(|id| ours.get(id)),
+            Formula::Absent { .. } => None,
+        };
+        let margin = renamed.map(margin).unwrap_or_default();
+        Some(Row { name: info.name.clone(), margin, cells: cells.collect() })
     };
     let group = |title: &str| {
         let rows: Vec<_> =
@@ -190,6 +213,18 @@ fn vendor_groups(view: &VendorView, profiler: &Profiler) -> Vec<Group> {
         Group { title: format!("{}: {title}", profiler.name), rows }
     };
     profiler.groups().into_iter().map(group).filter(|group| !group.rows.is_empty()).collect()
+}
+
+/// How far a counter of a sample may be off, as a part of it.
+fn margin(counter: &Counter) -> String {
+    let Some((value, [low, high])) = counter.value.as_f64().zip(counter.ci95) else {
+        return String::new();
+    };
+    if low == high {
+        return "exact".to_owned();
+    }
+    let percent = |end: f64| units::digits((100.0 * (end / value - 1.0) * 10.0).round() / 10.0);
+    format!("{} to +{} %", percent(low), percent(high))
 }
 
 fn cell(figure: &Cell) -> String {
@@ -317,7 +352,7 @@ fn run(out: &mut String, run: &Run, style: Style) {
     line!(out, "{}", style.bold("This run"));
     let mut row = |name: &str, value: String| line!(out, "  {name:<width$}{value}", width = NAME_WIDTH - 2);
     let part = if *sampled_fraction < 1.0 {
-        format!(" of {} % of the warps", units::digits(sampled_fraction * 100.0))
+        format!(" of {} % of the tiles", units::digits(sampled_fraction * 100.0))
     } else {
         ", every access".to_owned()
     };

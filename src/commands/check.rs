@@ -43,9 +43,9 @@ fn report(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Report> {
         return read_report(path);
     }
     let settings = FrameSettings::new(&args.frame)?;
-    let machine = Machine::new(&args.machine)?;
+    let machine = Machine::of_whole_frames(&args.machine)?;
     start_threads(args.run.threads)?;
-    Ok(profile(&args.subject, &settings, &machine, gpumodel::Maps::Dropped, meter)?.report)
+    Ok(profile(&args.subject, &settings, (&machine, None), gpumodel::Maps::Dropped, meter)?.report)
 }
 
 fn read_report(path: &Path) -> anyhow::Result<Report> {

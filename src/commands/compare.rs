@@ -127,7 +127,7 @@ struct Group {
 fn by_trace(points: &[Point]) -> anyhow::Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for (index, point) in points.iter().enumerate() {
-        let machine = Machine::new(&point.machine)?;
+        let machine = Machine::of_whole_frames(&point.machine)?;
         match groups.iter_mut().find(|group| group.frame == point.frame) {
             Some(group) => {
                 group.machines.push(machine);

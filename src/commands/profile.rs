@@ -7,30 +7,36 @@ use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
 use crate::report::{self, Answer, Before};
+use crate::sample::Plan;
 use crate::settings::{FrameSettings, start_threads};
 use gpumodel::Maps;
 
 pub(crate) fn run(args: &ProfileArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
     let machine = Machine::new(&args.machine)?;
+    let plan = Plan::new(&args.sample, &machine, meter)?;
     start_threads(args.run.threads)?;
     let files = open_report_files(&args.report)?;
     let maps = if files.is_some() { Maps::Kept } else { Maps::Dropped };
-    let answer = profile(&args.scene, &settings, &machine, maps, meter)?;
+    let answer = profile(&args.scene, &settings, (&machine, plan.as_ref()), maps, meter)?;
     deliver(&answer, files, args.report.format)?;
     Ok(Outcome::Done)
 }
 
-/// Builds, traces and replays the frame.
+/// Builds, traces and replays the frame, or a sample of it.
 pub(super) fn profile(
     scene: &str,
     settings: &FrameSettings,
-    machine: &Machine,
+    (machine, plan): (&Machine, Option<&Plan>),
     maps: Maps,
     meter: &Meter,
 ) -> anyhow::Result<Answer> {
     let scene = LoadedScene::load(scene)?;
     let frame = Frame::build(&scene, settings)?;
     let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
-    report::answer(&frame.tracer_for(std::slice::from_ref(machine)), machine, maps, &before, meter)
+    let tracer = frame.tracer_for(std::slice::from_ref(machine));
+    match plan {
+        Some(plan) => report::sampled_answer(&tracer, machine, plan, maps, &before, meter),
+        None => report::answer(&tracer, machine, maps, &before, meter),
+    }
 }

@@ -7,6 +7,7 @@ use crate::machine::Machine;
 use crate::meter::{Meter, timed};
 use crate::output::OutputFile;
 use crate::report::{self, Answer, Before};
+use crate::sample::Plan;
 use crate::settings::start_threads;
 use anyhow::bail;
 use cachesim::{MissTraceFormat, MissTraceWriter};
@@ -20,6 +21,7 @@ pub(crate) fn run(args: &ReplayArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     if args.miss_trace.is_some() && machine.config.fidelity != Fidelity::Timed {
         bail!("--miss-trace: the order of requests needs time event by event; add --fidelity timed");
     }
+    let plan = Plan::new(&args.sample, &machine, meter)?;
     start_threads(args.run.threads)?;
     let (trace, load_s) = timed(|| TraceFile::open(&args.trace));
     let trace = trace?;
@@ -27,7 +29,10 @@ pub(crate) fn run(args: &ReplayArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let files = open_report_files(&args.report)?;
     let before = Before { load_s, build_s: None };
     let maps = if files.is_some() { Maps::Kept } else { Maps::Dropped };
-    let answer = report::answer(&trace, &machine, maps, &before, meter)?;
+    let answer = match &plan {
+        Some(plan) => report::sampled_answer(&trace, &machine, plan, maps, &before, meter)?,
+        None => report::answer(&trace, &machine, maps, &before, meter)?,
+    };
     if let Some(file) = misses {
         write_misses(file, args.miss_trace_format, &answer, &machine)?;
     }

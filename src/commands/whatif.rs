@@ -20,7 +20,7 @@ const UNCHANGED: &str = "unchanged";
 pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let asked = changes(args)?;
     let unchanged = MachineArgs { costs: args.costs.clone(), ..MachineArgs::default() };
-    let baseline = Machine::new(&unchanged)?;
+    let baseline = Machine::of_whole_frames(&unchanged)?;
     start_threads(args.run.threads)?;
     let (trace, load_s) = timed(|| TraceFile::open(&args.trace));
     let trace = trace?;
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     for variation in &changes {
         for point in Variation::points(std::slice::from_ref(variation), &Default::default(), &unchanged)? {
             labels.push(format!("{} {}", variation.axis.name(), point.values.join(" ")));
-            machines.push(Machine::new(&point.machine)?);
+            machines.push(Machine::of_whole_frames(&point.machine)?);
         }
     }
     let before = Before { load_s, build_s: None };

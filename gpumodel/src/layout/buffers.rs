@@ -73,6 +73,14 @@ pub struct BufferBytes {
     pub image: u64,
 }
 
+impl BufferBytes {
+    /// All buffers together.
+    pub fn total(&self) -> u64 {
+        let Self { node, primitive, index, normal, stack, vertex, image } = self;
+        [node, primitive, index, normal, stack, vertex, image].into_iter().sum()
+    }
+}
+
 /// Records that are read in 16-byte loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reads {

@@ -35,7 +35,9 @@ pub(super) fn calibrated(all: Auxiliary, members: &[Member]) -> Vec<f64> {
         lacks.iter_mut().zip(known).for_each(|(lack, known)| *lack -= weight * known);
         if !certain {
             for (row, of_row) in moments.iter_mut().zip(known) {
-                row.iter_mut().zip(known).for_each(|(moment, known)| *moment += weight * of_row * known / size);
+                row.iter_mut()
+                    .zip(known)
+                    .for_each(|(moment, known)| *moment += weight * of_row * known / size);
             }
         }
     }

@@ -87,10 +87,6 @@ impl Blocks {
         Self { tiles, tiles_per_block, of_tiles, of_stretches }
     }
 
-    pub(super) fn len(&self) -> u32 {
-        self.of_tiles.len() as u32
-    }
-
     /// By block, what is known of its tiles.
     pub(super) fn of_tiles(&self) -> &[Auxiliary] {
         &self.of_tiles
@@ -210,7 +206,7 @@ mod tests {
     #[test]
     fn without_outlines_all_tiles_are_alike() {
         let blocks = Blocks::new(Frame::Image { width: 320, height: 320 }, None, 2, [1, 1000]);
-        assert_eq!(blocks.len(), 50);
+        assert_eq!(blocks.of_tiles().len(), 50);
         assert_eq!(blocks.tiles(49), 98..100);
         let picks = blocks.pick(12, 3);
         assert_eq!(picks.len(), 14);

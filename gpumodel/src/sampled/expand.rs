@@ -40,7 +40,7 @@ pub(super) struct Expanded {
     pub(super) phase: PhaseWindows,
 }
 
-/// Which of the reads that a warmer cache might have spared are counted.
+/// What becomes of reads that a warmer cache might have spared.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Uncertain {
     Counted,

@@ -15,14 +15,14 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// `spared` is the estimate without the reads that a warmer cache might have spared.
-    pub(super) fn new(whole: &Estimate, spared: &Estimate, replicates: &[Estimate]) -> Self {
+    /// `other` is the estimate if the cold caches of the sample did the other thing of what they might.
+    pub(super) fn new(whole: &Estimate, other: &Estimate, replicates: &[Estimate]) -> Self {
         let sets: Vec<&CounterSet> = replicates.iter().map(|replicate| &replicate.frame).collect();
         let passes = whole.passes.iter().enumerate().map(|(place, pass)| {
             let sets: Vec<_> = replicates.iter().map(|replicate| &replicate.passes[place].counters).collect();
-            (pass.pass, intervals(&pass.counters, &spared.passes[place].counters, &sets))
+            (pass.pass, intervals(&pass.counters, &other.passes[place].counters, &sets))
         });
-        Self { frame: intervals(&whole.frame, &spared.frame, &sets), passes: passes.collect() }
+        Self { frame: intervals(&whole.frame, &other.frame, &sets), passes: passes.collect() }
     }
 
     /// Of a counter of the frame; both ends are the same where it is exact, and there is none where the frame does not have it.
@@ -42,18 +42,19 @@ fn of(intervals: &[Option<[f64; 2]>], id: &str) -> Option<[f64; 2]> {
     intervals[place]
 }
 
-fn intervals(whole: &CounterSet, spared: &CounterSet, replicates: &[&CounterSet]) -> Vec<Option<[f64; 2]>> {
+fn intervals(whole: &CounterSet, other: &CounterSet, replicates: &[&CounterSet]) -> Vec<Option<[f64; 2]>> {
     let quantile = quantile(replicates.len());
-    let mut others: Vec<_> = replicates.iter().map(|set| set.iter()).collect();
-    let of_counter = |((_, value), (_, spared)): ((_, &Value), (_, &Value))| {
-        let others: Vec<Option<f64>> =
-            others.iter_mut().map(|set| set.next().and_then(|(_, value)| value.number())).collect();
-        let (value, spared) = (value.number()?, spared.number()?);
-        let squares = others.into_iter().map(|other| other.map_or(0.0, |other| (other - value).powi(2)));
+    let mut replicates: Vec<_> = replicates.iter().map(|set| set.iter()).collect();
+    let of_counter = |((_, value), (_, other)): ((_, &Value), (_, &Value))| {
+        let of_replicates: Vec<Option<f64>> =
+            replicates.iter_mut().map(|set| set.next().and_then(|(_, value)| value.number())).collect();
+        let (value, other) = (value.number()?, other.number()?);
+        let square = |replicate: Option<f64>| replicate.map_or(0.0, |replicate| (replicate - value).powi(2));
+        let squares = of_replicates.into_iter().map(square);
         let half = quantile * squares.sum::<f64>().sqrt();
-        Some([(value.min(spared) - half).max(0.0), value.max(spared) + half])
+        Some([(value.min(other) - half).max(0.0), value.max(other) + half])
     };
-    whole.iter().zip(spared.iter()).map(of_counter).collect()
+    whole.iter().zip(other.iter()).map(of_counter).collect()
 }
 
 /// Of Student's t, for as many degrees of freedom as there are strata.

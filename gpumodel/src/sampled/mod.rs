@@ -9,8 +9,10 @@ mod block;
 mod calibration;
 mod design;
 mod expand;
+mod goal;
 mod interval;
 
+pub use goal::{Attempt, Goal};
 pub use interval::Intervals;
 
 use crate::config::Technique;
@@ -28,11 +30,13 @@ use block::Counted;
 use design::{Blocks, Pick};
 use expand::{Expanded, Uncertain, expand};
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicU64, Ordering};
 use tracer::{Frame, TILE_RAYS, TileOutline, TileSource};
 
 /// Fewest blocks that are drawn: with fewer, intervals are so wide that they say nothing.
 const FEWEST_BLOCKS: u32 = 8;
+
+/// A sample of so many of the tiles still takes less time than all of them, though blocks are run once more for what comes before them.
+const LARGEST_PART: f64 = 0.5;
 
 /// A frame from a sample of its tiles.
 pub struct Sampled {
@@ -80,35 +84,27 @@ impl<'a, S: TileSource> Sampler<'a, S> {
     }
 
     /// The smallest part of the frame's tiles that makes a sample, and the largest that leaves something to be gained.
-    pub fn fractions(&self) -> [f64; 2] {
+    pub fn parts(&self) -> [f64; 2] {
         let all = f64::from(self.source.header().frame.tiles());
         let of_blocks = |blocks: f64| blocks * 2.0 * f64::from(self.block_tiles) / all;
-        [of_blocks(f64::from(FEWEST_BLOCKS + 2)), of_blocks(f64::from(self.blocks.len()) * 0.25)]
+        [of_blocks(f64::from(FEWEST_BLOCKS + 2)), LARGEST_PART]
     }
 
-    /// Replays about the part `fraction` of all tiles, drawn by `seed`; `progress` hears how many blocks of how many are done.
+    /// Replays about this part of all tiles, drawn by `seed`.
     ///
     /// # Errors
     /// As [`replay`](crate::replay).
-    pub fn sample(
-        &self,
-        fraction: f64,
-        seed: u64,
-        progress: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<Sampled, Error> {
+    pub fn sample(&self, part: f64, seed: u64) -> Result<Sampled, Error> {
         let Self { source, prepared, blocks, block_tiles } = self;
         let header = source.header();
         let tiles = f64::from(header.frame.tiles());
-        let wanted = fraction * tiles / (2.0 * f64::from(*block_tiles)) - 2.0;
+        let wanted = part * tiles / (2.0 * f64::from(*block_tiles)) - 2.0;
         let picks = blocks.pick((wanted.round() as u32).max(FEWEST_BLOCKS), seed);
 
         let workshop = Workshop::new(header, &[prepared], Maps::Dropped);
-        let done = AtomicU64::new(0);
         let count = |pick: &Pick| {
             let tiles = blocks.tiles(pick.block);
-            let counted = block::count(*source, prepared, &workshop, tiles, *block_tiles)?;
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, picks.len() as u64);
-            Ok(counted)
+            block::count(*source, prepared, &workshop, tiles, *block_tiles)
         };
         let counted = picks.par_iter().map(count).collect::<Result<Vec<Counted>, Error>>()?;
 
@@ -119,14 +115,20 @@ impl<'a, S: TileSource> Sampler<'a, S> {
             let estimate = estimate(&replayed, header, source.topology(), prepared.config)?;
             Ok((replayed, estimate))
         };
-        let (replayed, estimate) = frame(&weights, Uncertain::Counted)?;
-        let (_, spared) = frame(&weights, Uncertain::Spared)?;
+        // A cache that holds all that there is would have had every line by then.
+        let (likely, other) = if prepared.fits_last_cache() {
+            (Uncertain::Spared, Uncertain::Counted)
+        } else {
+            (Uncertain::Counted, Uncertain::Spared)
+        };
+        let (replayed, estimate) = frame(&weights, likely)?;
+        let (_, other) = frame(&weights, other)?;
         let replicates = design::replicates(&picks, seed);
         let replicates = replicates
             .par_iter()
-            .map(|weights| frame(weights, Uncertain::Counted).map(|(_, estimate)| estimate))
+            .map(|weights| frame(weights, likely).map(|(_, estimate)| estimate))
             .collect::<Result<Vec<_>, _>>()?;
-        let intervals = Intervals::new(&estimate, &spared, &replicates);
+        let intervals = Intervals::new(&estimate, &other, &replicates);
         let tiles = picks.iter().map(|pick| {
             let tiles = blocks.tiles(pick.block);
             tiles.end - tiles.start.saturating_sub(*block_tiles)

@@ -1,0 +1,125 @@
+//! How much is sampled: a part of the frame, as much as an error asks for, or as much as there is time for.
+
+use super::{Sampled, Sampler};
+use crate::error::Error;
+use std::time::Instant;
+use tracer::TileSource;
+
+/// What a sample is to reach.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Goal {
+    /// About this part of the frame's tiles is replayed.
+    Part(f64),
+    /// The intervals of these counters reach no further than these parts of them to either side.
+    Within(Vec<(String, f64)>),
+    /// All is done by then.
+    By(Instant),
+}
+
+/// What came of it.
+pub enum Attempt {
+    /// A sample that reaches the goal.
+    Sampled(Box<Sampled>),
+    /// The smallest sample, which does not.
+    TooLate(Box<Sampled>),
+    /// The whole frame should be replayed, for this reason.
+    Whole(String),
+}
+
+/// The pilot's variance is but an estimate: so much larger a sample is taken.
+const VARIANCE_MARGIN: f64 = 1.5;
+/// Part of the time left that is planned with.
+const TIME_MARGIN: f64 = 0.7;
+
+impl<S: TileSource> Sampler<'_, S> {
+    /// Samples until `goal` is reached, or finds that a sample is of no use. Sizes are settled in two stages (Stein 1945): a small
+    /// sample tells how large a fresh one has to be, whose size then does not depend on what it finds, so that its intervals hold.
+    ///
+    /// # Errors
+    /// As [`replay`](crate::replay).
+    pub fn reach(&self, goal: &Goal, seed: u64) -> Result<Attempt, Error> {
+        let [smallest, largest] = self.parts();
+        if smallest > largest {
+            let tiles = self.source.header().frame.tiles();
+            return Ok(Attempt::Whole(format!("the frame's {tiles} tiles are too few for a sample of them")));
+        }
+        match goal {
+            &Goal::Part(part) => Ok(Attempt::Sampled(Box::new(self.sample(part, seed)?))),
+            Goal::Within(tolerances) => self.within(tolerances, [smallest, largest], seed),
+            &Goal::By(end) => self.by(end, [smallest, largest], seed),
+        }
+    }
+
+    fn within(
+        &self,
+        tolerances: &[(String, f64)],
+        [smallest, largest]: [f64; 2],
+        seed: u64,
+    ) -> Result<Attempt, Error> {
+        let pilot = self.sample(smallest, seed)?;
+        let needed = tolerances
+            .iter()
+            .map(|(id, tolerance)| {
+                let size = (pilot.margin(id) / tolerance).powi(2) * VARIANCE_MARGIN * smallest;
+                (id, tolerance, size.max(smallest))
+            })
+            .max_by(|a, b| a.2.total_cmp(&b.2));
+        let Some((id, tolerance, part)) = needed else {
+            return Ok(Attempt::Sampled(Box::new(pilot)));
+        };
+        let percent = |part: f64| format!("{:.3} %", 100.0 * part);
+        if part > largest {
+            return Ok(Attempt::Whole(format!(
+                "a sample small enough to save time would leave {id} further off than {}",
+                percent(*tolerance)
+            )));
+        }
+        let sampled = self.sample(part, seed ^ SECOND_STAGE)?;
+        let missed = tolerances.iter().find(|(id, tolerance)| sampled.margin(id) > *tolerance);
+        Ok(match missed {
+            None => Attempt::Sampled(Box::new(sampled)),
+            Some((id, tolerance)) => Attempt::Whole(format!(
+                "a sample of {} of the tiles left {id} {} off, more than {}",
+                percent(part),
+                percent(sampled.margin(id)),
+                percent(*tolerance)
+            )),
+        })
+    }
+
+    fn by(&self, end: Instant, [smallest, largest]: [f64; 2], seed: u64) -> Result<Attempt, Error> {
+        let start = Instant::now();
+        let pilot = self.sample(smallest, seed)?;
+        let took = start.elapsed().as_secs_f64();
+        let left = end.saturating_duration_since(Instant::now()).as_secs_f64() * TIME_MARGIN;
+        let tiles = f64::from(self.source.header().frame.tiles());
+        let of_tile = took / f64::from(pilot.tiles);
+        // One thread takes the turns of all warps in the end, however many there are.
+        let threads = rayon::current_num_threads() as f64;
+        if of_tile * threads * tiles <= left {
+            return Ok(Attempt::Whole("there is time for every tile".to_owned()));
+        }
+        let part = (left / of_tile / tiles).min(largest);
+        if part > smallest {
+            return Ok(Attempt::Sampled(Box::new(self.sample(part, seed ^ SECOND_STAGE)?)));
+        }
+        let pilot = Box::new(pilot);
+        Ok(if Instant::now() <= end { Attempt::Sampled(pilot) } else { Attempt::TooLate(pilot) })
+    }
+}
+
+/// Makes another seed of a seed.
+const SECOND_STAGE: u64 = 1 << 63;
+
+impl Sampled {
+    /// How far a counter's interval reaches from its value, as a part of that; infinite from a value of 0 that is not exact, and 0
+    /// for a counter that the frame does not have.
+    pub fn margin(&self, id: &str) -> f64 {
+        let value = self.estimate.frame.get(id).and_then(|value| value.number());
+        let Some((value, [low, high])) = value.zip(self.intervals.of_frame(id)) else {
+            return 0.0;
+        };
+        let reach = (value - low).max(high - value);
+        if reach > 0.0 { reach / value.abs() } else { 0.0 }
+    }
+}

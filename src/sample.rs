@@ -1,0 +1,120 @@
+//! How much of a frame is replayed, as it was asked for, checked.
+
+use crate::args::SampleArgs;
+use crate::machine::Machine;
+use crate::meter::Meter;
+use anyhow::{anyhow, bail};
+use gpumodel::{COUNTERS, Fidelity, Goal};
+use std::time::Duration;
+
+/// Part of the tiles that a sample has if nothing is asked of it.
+const USUAL_PART: f64 = 0.06;
+/// Counters that `--within` is about if none is named.
+const HEADLINES: [&str; 3] = ["frame_time_ms", "dram_read_bytes", "dram_write_bytes"];
+
+/// What a sample is to reach, and its seed.
+pub(crate) struct Plan {
+    pub(crate) goal: Goal,
+    pub(crate) seed: u64,
+}
+
+impl Plan {
+    /// `None` where all tiles are to be replayed; the time limit counts from the start of the program.
+    pub(crate) fn new(args: &SampleArgs, machine: &Machine, meter: &Meter) -> anyhow::Result<Option<Self>> {
+        let SampleArgs { sample, within, time_limit, seed } = args;
+        let goal = match (sample, within.as_slice(), time_limit) {
+            (Some(part), ..) => Goal::Part(fraction("--sample", part)?),
+            (None, [], Some(limit)) => Goal::By(meter.started() + duration(limit)?),
+            (None, [], None) if machine.sampled => Goal::Part(USUAL_PART),
+            (None, [], None) if seed.is_some() => bail!(
+                "--seed: it draws a sample, and all tiles are replayed; add --fidelity sampled, --sample, --within or --time-limit"
+            ),
+            (None, [], None) => return Ok(None),
+            (None, within, _) => Goal::Within(tolerances(within)?),
+        };
+        if machine.config.fidelity == Fidelity::Timed {
+            bail!("--fidelity timed: it simulates every tile; leave out --sample, --within and --time-limit");
+        }
+        Ok(Some(Self { goal, seed: seed.unwrap_or(0) }))
+    }
+}
+
+/// By counter; one that was named counts before all of them together.
+fn tolerances(given: &[String]) -> anyhow::Result<Vec<(String, f64)>> {
+    let mut tolerances: Vec<(String, f64)> = Vec::new();
+    for text in given {
+        let Some((id, part)) = text.split_once('=') else {
+            let part = fraction("--within", text)?;
+            for id in HEADLINES {
+                if !tolerances.iter().any(|(known, _)| known == id) {
+                    tolerances.push((id.to_owned(), part));
+                }
+            }
+            continue;
+        };
+        if !COUNTERS.iter().any(|counter| counter.id == id) {
+            bail!("--within {text}: there is no counter '{id}'; see `raybudget list counters`");
+        }
+        let part = fraction("--within", part)?;
+        match tolerances.iter_mut().find(|(known, _)| known == id) {
+            Some((_, known)) => *known = part,
+            None => tolerances.push((id.to_owned(), part)),
+        }
+    }
+    Ok(tolerances)
+}
+
+/// A part of a whole: `2%` or `0.02`.
+fn fraction(option: &str, text: &str) -> anyhow::Result<f64> {
+    let (number, scale) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let part = number.trim().parse::<f64>().ok().map(|number| number * scale);
+    part.filter(|part| *part > 0.0 && *part <= 1.0)
+        .ok_or_else(|| anyhow!("{option} {text}: expected a part of the whole above 0, such as 2% or 0.02"))
+}
+
+/// `1s`, `0.5s` or `500ms`.
+fn duration(text: &str) -> anyhow::Result<Duration> {
+    let (number, scale) = match text.strip_suffix("ms") {
+        Some(number) => (number, 1e-3),
+        None => (text.strip_suffix('s').unwrap_or(""), 1.0),
+    };
+    let seconds = number.trim().parse::<f64>().ok().map(|number| number * scale);
+    seconds
+        .filter(|seconds| *seconds > 0.0)
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .ok_or_else(|| {
+            anyhow!("--time-limit {text}: expected a time above 0 with its unit, such as 1s or 500ms")
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_and_times_are_read_with_their_units_and_nothing_else_is() {
+        assert_eq!(fraction("--within", "2%").unwrap(), 0.02);
+        assert_eq!(fraction("--within", "0.5").unwrap(), 0.5);
+        for wrong in ["", "%", "0", "-1%", "101%", "NaN", "inf", "2 percent"] {
+            assert!(fraction("--within", wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(duration("1.5s").unwrap(), Duration::from_millis(1500));
+        assert_eq!(duration("20ms").unwrap(), Duration::from_millis(20));
+        for wrong in ["", "s", "1", "0s", "-1s", "NaNs", "infs", "1e300s", "1h"] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_counter_that_is_named_has_its_own_tolerance_wherever_it_stands() {
+        let of =
+            |given: &[&str]| tolerances(&given.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>());
+        let expected = [("frame_time_ms", 0.02), ("dram_read_bytes", 0.1), ("dram_write_bytes", 0.02)]
+            .map(|(id, part)| (id.to_owned(), part));
+        let mut found = of(&["dram_read_bytes=10%", "2%"]).unwrap();
+        found.sort_by_key(|(id, _)| HEADLINES.iter().position(|known| known == id));
+        assert_eq!(found, expected);
+        assert_eq!(of(&["2%", "dram_read_bytes=10%"]).unwrap(), expected);
+        assert!(of(&["frames=2%"]).unwrap_err().to_string().contains("list counters"));
+    }
+}
