@@ -316,6 +316,16 @@ pub(crate) struct AccuracyArgs {
     /// Size of the images in pixels [default: 256x256].
     #[arg(long, value_name = "WxH")]
     pub(crate) size: Option<String>,
+    /// Hold samples against the replay instead of the replay against the simulation [default: scene soup, 1024x1024, bvh-stack,
+    /// adreno-540].
+    #[arg(long)]
+    pub(crate) samples: bool,
+    /// Samples of each part [default: 20].
+    #[arg(long, value_name = "N", requires = "samples", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) seeds: Option<u32>,
+    /// A part of the tiles; may be given again [default: 6%, 7.5%, 12%, 25%].
+    #[arg(long, value_name = "PART", requires = "samples", value_delimiter = ',')]
+    pub(crate) part: Vec<String>,
     /// Only see that it works: two scenes, two traversals, two GPUs and small images, where these are not given.
     #[arg(long)]
     pub(crate) quick: bool,

@@ -65,7 +65,7 @@ fn tolerances(given: &[String]) -> anyhow::Result<Vec<(String, f64)>> {
 }
 
 /// A part of a whole: `2%` or `0.02`.
-fn fraction(option: &str, text: &str) -> anyhow::Result<f64> {
+pub(crate) fn fraction(option: &str, text: &str) -> anyhow::Result<f64> {
     let (number, scale) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
     let part = number.trim().parse::<f64>().ok().map(|number| number * scale);
     part.filter(|part| *part > 0.0 && *part <= 1.0)

@@ -22,6 +22,7 @@ pub mod image;
 pub mod json;
 mod picture;
 mod report;
+pub mod sampling;
 pub mod stability;
 pub mod text;
 mod units;

@@ -223,8 +223,8 @@ fn margin(counter: &Counter) -> String {
     if low == high {
         return "exact".to_owned();
     }
-    let percent = |end: f64| units::digits((100.0 * (end / value - 1.0) * 10.0).round() / 10.0);
-    format!("{} to +{} %", percent(low), percent(high))
+    let [low, high] = [low, high].map(|end| format!("{:.1}", 100.0 * (end / value - 1.0).abs()));
+    if low == high { format!("± {high} %") } else { format!("-{low} to +{high} %") }
 }
 
 fn cell(figure: &Cell) -> String {

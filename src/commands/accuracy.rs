@@ -42,6 +42,9 @@ impl Defaults {
 }
 
 pub(super) fn run(args: &AccuracyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    if args.samples {
+        return super::sampling::run(args, meter);
+    }
     let defaults = if args.quick { Defaults::quick() } else { Defaults::whole() };
     let scenes = given_or(&args.scene, &defaults.scenes);
     let size = args.size.as_deref().unwrap_or(defaults.size);
@@ -107,7 +110,7 @@ pub(super) fn run(args: &AccuracyArgs, meter: &Meter) -> anyhow::Result<Outcome>
 }
 
 /// What was given, each once, or else the defaults.
-fn given_or(given: &[String], defaults: &[&str]) -> Vec<String> {
+pub(super) fn given_or(given: &[String], defaults: &[&str]) -> Vec<String> {
     if given.is_empty() {
         return defaults.iter().map(|&name| name.to_owned()).collect();
     }

@@ -8,6 +8,7 @@ pub(crate) mod list;
 pub(crate) mod profile;
 pub(crate) mod render;
 pub(crate) mod replay;
+mod sampling;
 pub(crate) mod shell;
 mod stability;
 pub(crate) mod trace;

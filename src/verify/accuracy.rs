@@ -25,8 +25,8 @@ pub(crate) const REFERENCE: Fidelity = Fidelity::Timed;
 
 /// How rays walk which structure, and the size of the image.
 pub(crate) struct Walk {
-    name: String,
-    settings: FrameSettings,
+    pub(crate) name: String,
+    pub(crate) settings: FrameSettings,
 }
 
 impl Walk {
@@ -121,7 +121,7 @@ fn number(estimate: &Estimate, id: &str) -> anyhow::Result<f64> {
 
 /// Does `work` for each item on as many threads as there are; parallel work within it has that thread alone. Results are in the order
 /// of the items.
-fn side_by_side<T: Sync, R: Send>(
+pub(crate) fn side_by_side<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> anyhow::Result<R> + Sync,
 ) -> anyhow::Result<Vec<R>> {

@@ -6,3 +6,4 @@ pub(crate) mod measure;
 mod metrics;
 pub(crate) mod paper_charts;
 mod plan;
+pub(crate) mod sampling;

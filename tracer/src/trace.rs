@@ -19,7 +19,7 @@ pub const TILE_RAYS: u32 = TILE_EDGE * TILE_EDGE;
 pub const MAX_TILE_STEPS: usize = 1 << 26;
 
 /// One step of a ray, packed: the [`Op`] in the upper 3 bits, the id in the lower 29.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(transparent)]
 pub struct Step(u32);
 
@@ -309,7 +309,7 @@ pub trait TileSource: Sync {
     /// What is known of tile `index` without making it; `None` where nothing is.
     ///
     /// # Errors
-    /// When the file cannot be read.
+    /// When the tile cannot be looked at.
     fn outline(&self, _index: u32) -> Result<Option<TileOutline>, Error> {
         Ok(None)
     }
@@ -322,6 +322,6 @@ pub trait TileSource: Sync {
 pub struct TileOutline {
     /// Bytes that its rays take in a trace: nearly proportional to their steps.
     pub bytes: u64,
-    /// Bytes that are left of these when they are compressed: the more, the less its rays have in common.
+    /// Bytes that are left of these when what repeats is left out: the more, the less its rays have in common.
     pub compressed_bytes: u64,
 }

@@ -5,7 +5,9 @@ use crate::error::Error;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
-use crate::trace::{Frame, RayKind, Recorder, SceneRemarks, Tile, TileSource, TraceHeader};
+use crate::trace::{
+    Frame, RayKind, Recorder, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader,
+};
 use crate::view::{RayOffset, View};
 use glam::Vec3;
 use scenes::Triangle;
@@ -132,11 +134,6 @@ impl<'a> FrameTracer<'a> {
         tile: &mut Tile,
         mut primary_hit: impl FnMut(u64, &Hit),
     ) -> Result<(), Error> {
-        let rect = self.header.frame.tile(index);
-        tile.ray_sets.resize_with(self.header.ray_sets.len(), Default::default);
-        tile.ray_sets.iter_mut().for_each(crate::trace::RaySet::clear);
-        let (primary_set, shadow_sets) =
-            tile.ray_sets.split_first_mut().expect("the primary rays are always there");
         tile.draws.clear();
         if let Some(raster) = &self.raster {
             let mut drawn = RasterTile::default();
@@ -144,9 +141,28 @@ impl<'a> FrameTracer<'a> {
             raster.tile(index, &mut drawn);
             std::mem::swap(&mut drawn.draws, &mut tile.draws);
         }
+        let stalls = self.trace_rays(index, 1, tile, &mut primary_hit)?;
+        self.stalls.fetch_add(stalls, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Traces one of `stride` rays of a tile in each direction, and says how many traversals their loop bound ended.
+    fn trace_rays(
+        &self,
+        index: u32,
+        stride: u32,
+        tile: &mut Tile,
+        primary_hit: &mut impl FnMut(u64, &Hit),
+    ) -> Result<u64, Error> {
+        let rect = self.header.frame.tile(index);
+        tile.ray_sets.resize_with(self.header.ray_sets.len(), Default::default);
+        tile.ray_sets.iter_mut().for_each(crate::trace::RaySet::clear);
+        let (primary_set, shadow_sets) =
+            tile.ray_sets.split_first_mut().expect("the primary rays are always there");
         let mut stalls = 0;
-        for y in rect.y..rect.y + rect.height {
-            for x in rect.x..rect.x + rect.width {
+        let every = |start: u32, length: u32| (start..start + length).step_by(stride as usize);
+        for y in every(rect.y, rect.height) {
+            for x in every(rect.x, rect.width) {
                 let (number, ray) = match &self.rays {
                     Rays::View { view, width, .. } => {
                         (u64::from(y) * u64::from(*width) + u64::from(x), view.primary_ray(x, y))
@@ -172,10 +188,12 @@ impl<'a> FrameTracer<'a> {
                 }
             }
         }
-        self.stalls.fetch_add(stalls, Ordering::Relaxed);
-        Ok(())
+        Ok(stalls)
     }
 }
+
+/// Of so many rays in each direction, one is traced to see how much work a tile is.
+const OUTLINE_STRIDE: u32 = 8;
 
 impl TileSource for FrameTracer<'_> {
     fn header(&self) -> &TraceHeader {
@@ -188,6 +206,21 @@ impl TileSource for FrameTracer<'_> {
 
     fn tile(&self, index: u32, tile: &mut Tile) -> Result<(), Error> {
         self.trace_tile(index, tile, |_, _| {})
+    }
+
+    /// From a few of its rays: their steps, and how many of these differ.
+    fn outline(&self, index: u32) -> Result<Option<TileOutline>, Error> {
+        let mut tile = Tile::default();
+        self.trace_rays(index, OUTLINE_STRIDE, &mut tile, &mut |_, _| {})?;
+        let rect = self.header.frame.tile(index);
+        let traced = tile.ray_sets[0].ends.len() as u64;
+        let of_all = u64::from(rect.width * rect.height) * size_of::<Step>() as u64;
+        let mut steps: Vec<Step> = tile.ray_sets.iter().flat_map(|set| &set.steps).copied().collect();
+        let all = steps.len() as u64;
+        steps.sort_unstable();
+        steps.dedup();
+        let bytes = |steps: u64| steps * of_all / traced.max(1);
+        Ok(Some(TileOutline { bytes: bytes(all), compressed_bytes: bytes(steps.len() as u64) }))
     }
 
     fn stalls(&self) -> u64 {

@@ -35,6 +35,13 @@ pub(super) struct Stretch {
     pub(super) schedule: ScheduleCounters,
 }
 
+impl Stretch {
+    /// Bytes that lines which were driven out wrote to memory.
+    pub(super) fn written(&self) -> u64 {
+        self.traffic.iter().map(|pass| pass.total().dram_write_bytes).sum()
+    }
+}
+
 impl Numbers for Stretch {
     fn each(&mut self, visit: &mut dyn FnMut(&mut u64)) {
         let Self { traffic, flush, schedule } = self;

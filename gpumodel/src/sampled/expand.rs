@@ -43,8 +43,12 @@ pub(super) struct Expanded {
 /// What becomes of reads that a warmer cache might have spared.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Uncertain {
+    /// They are counted.
     Counted,
+    /// They are not.
     Spared,
+    /// They are counted, and drive out dirty lines.
+    Evicting,
 }
 
 /// The frame that picks of these design weights stand for.
@@ -60,13 +64,18 @@ pub(super) fn expand(
 ) -> Expanded {
     let of_tiles = calibrate(blocks, blocks.of_tiles(), picks, weights);
     let of_stretches = calibrate(blocks, blocks.of_stretches(), picks, weights);
+    let certain_reads: u64 = counted.iter().map(|block| block.memory_reads - block.uncertain_reads).sum();
+    let written =
+        counted.iter().map(|block| block.stretch.written()).sum::<u64>() as f64 / certain_reads.max(1) as f64;
     let (mut issue, mut stretch) = (WeightedSum::new(), WeightedSum::new());
     let (mut turns, mut turns_in_windows) = (0.0, 0.0);
     let mut parts: Vec<(Window, f64)> = Vec::new();
     for ((counted, &of_tiles), &of_stretch) in counted.iter().zip(&of_tiles).zip(&of_stretches) {
         let mut counted = counted.clone();
-        if uncertain == Uncertain::Spared {
-            spare(&mut counted);
+        match uncertain {
+            Uncertain::Counted => {}
+            Uncertain::Spared => spare(&mut counted),
+            Uncertain::Evicting => evict(&mut counted, written),
         }
         issue.add(&mut counted.issue, of_tiles);
         stretch.add(&mut counted.stretch, of_stretch);
@@ -102,6 +111,20 @@ fn calibrate(blocks: &Blocks, known: &[Auxiliary], picks: &[Pick], weights: &[f6
         certain: pick.probability >= 1.0,
     };
     calibrated(all, &picks.iter().zip(weights).map(member).collect::<Vec<_>>())
+}
+
+/// In a warmer cache, lines that are read drive others out. Adds what that writes at most: as many dirty bytes for each line as where
+/// the caches were full.
+fn evict(Counted { stretch, window, uncertain_reads, .. }: &mut Counted, written: f64) {
+    let more = *uncertain_reads as f64 * written;
+    let all = stretch.written() as f64;
+    window.memory_bytes += more as u64;
+    for pass in &mut stretch.traffic {
+        pass.each_buffer(|buffer| {
+            let share = buffer.dram_write_bytes as f64 / all.max(1.0);
+            buffer.dram_write_bytes += (more * share) as u64;
+        });
+    }
 }
 
 /// Takes the uncertain reads off what a block caused.

@@ -32,8 +32,9 @@ const VARIANCE_MARGIN: f64 = 1.5;
 const TIME_MARGIN: f64 = 0.7;
 
 impl<S: TileSource> Sampler<'_, S> {
-    /// Samples until `goal` is reached, or finds that a sample is of no use. Sizes are settled in two stages (Stein 1945): a small
-    /// sample tells how large a fresh one has to be, whose size then does not depend on what it finds, so that its intervals hold.
+    /// Samples until `goal` is reached, or finds that a sample is of no use. Sizes are settled in stages (Stein 1945): a small sample
+    /// tells how large a fresh one has to be, whose size then does not depend on what it finds, so that its intervals hold; should
+    /// that be too wide, it tells the size of the next.
     ///
     /// # Errors
     /// As [`replay`](crate::replay).
@@ -56,35 +57,25 @@ impl<S: TileSource> Sampler<'_, S> {
         [smallest, largest]: [f64; 2],
         seed: u64,
     ) -> Result<Attempt, Error> {
-        let pilot = self.sample(smallest, seed)?;
-        let needed = tolerances
-            .iter()
-            .map(|(id, tolerance)| {
-                let size = (pilot.margin(id) / tolerance).powi(2) * VARIANCE_MARGIN * smallest;
-                (id, tolerance, size.max(smallest))
-            })
-            .max_by(|a, b| a.2.total_cmp(&b.2));
-        let Some((id, tolerance, part)) = needed else {
-            return Ok(Attempt::Sampled(Box::new(pilot)));
-        };
-        let percent = |part: f64| format!("{:.3} %", 100.0 * part);
-        if part > largest {
-            return Ok(Attempt::Whole(format!(
-                "a sample small enough to save time would leave {id} further off than {}",
-                percent(*tolerance)
-            )));
+        let mut part = smallest;
+        for stage in 0.. {
+            let sampled = self.sample(part, seed ^ (stage << STAGE_BITS))?;
+            // By how much an interval is too wide.
+            let excess = |(id, tolerance): &(String, f64)| sampled.margin(id) / tolerance;
+            let widest = tolerances.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)));
+            let Some(widest) = widest.filter(|widest| stage == 0 || excess(widest) > 1.0) else {
+                return Ok(Attempt::Sampled(Box::new(sampled)));
+            };
+            part = part.max(excess(widest).powi(2) * VARIANCE_MARGIN * part);
+            if part > largest {
+                let (id, tolerance) = widest;
+                return Ok(Attempt::Whole(format!(
+                    "a sample that saves time would leave {id} further off than {} %",
+                    100.0 * tolerance
+                )));
+            }
         }
-        let sampled = self.sample(part, seed ^ SECOND_STAGE)?;
-        let missed = tolerances.iter().find(|(id, tolerance)| sampled.margin(id) > *tolerance);
-        Ok(match missed {
-            None => Attempt::Sampled(Box::new(sampled)),
-            Some((id, tolerance)) => Attempt::Whole(format!(
-                "a sample of {} of the tiles left {id} {} off, more than {}",
-                percent(part),
-                percent(sampled.margin(id)),
-                percent(*tolerance)
-            )),
-        })
+        unreachable!("parts grow until a sample is tight or too large")
     }
 
     fn by(&self, end: Instant, [smallest, largest]: [f64; 2], seed: u64) -> Result<Attempt, Error> {
@@ -101,15 +92,15 @@ impl<S: TileSource> Sampler<'_, S> {
         }
         let part = (left / of_tile / tiles).min(largest);
         if part > smallest {
-            return Ok(Attempt::Sampled(Box::new(self.sample(part, seed ^ SECOND_STAGE)?)));
+            return Ok(Attempt::Sampled(Box::new(self.sample(part, seed ^ (1 << STAGE_BITS))?)));
         }
         let pilot = Box::new(pilot);
         Ok(if Instant::now() <= end { Attempt::Sampled(pilot) } else { Attempt::TooLate(pilot) })
     }
 }
 
-/// Makes another seed of a seed.
-const SECOND_STAGE: u64 = 1 << 63;
+/// Where in a seed the number of the stage is.
+const STAGE_BITS: u32 = 56;
 
 impl Sampled {
     /// How far a counter's interval reaches from its value, as a part of that; infinite from a value of 0 that is not exact, and 0

@@ -1,7 +1,7 @@
 //! Confidence intervals of counters from the replicates of a sample.
 
-use crate::counters::{COUNTERS, CounterSet, Pass, Value};
-use crate::estimate::Estimate;
+use crate::counters::{COUNTERS, CounterInfo, CounterSet, Pass, Value};
+use crate::estimate::{Estimate, PassEstimate};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Share of samples whose intervals hold what they estimate.
@@ -15,14 +15,18 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// `other` is the estimate if the cold caches of the sample did the other thing of what they might.
-    pub(super) fn new(whole: &Estimate, other: &Estimate, replicates: &[Estimate]) -> Self {
-        let sets: Vec<&CounterSet> = replicates.iter().map(|replicate| &replicate.frame).collect();
-        let passes = whole.passes.iter().enumerate().map(|(place, pass)| {
-            let sets: Vec<_> = replicates.iter().map(|replicate| &replicate.passes[place].counters).collect();
-            (pass.pass, intervals(&pass.counters, &other.passes[place].counters, &sets))
-        });
-        Self { frame: intervals(&whole.frame, &other.frame, &sets), passes: passes.collect() }
+    /// `others` are the estimates if warmer caches had done other things that they might.
+    pub(super) fn new(whole: &Estimate, others: &[Estimate], replicates: &[Estimate]) -> Self {
+        let of = |counters: &dyn Fn(&Estimate) -> &CounterSet| {
+            let all =
+                |estimates: &[Estimate]| estimates.iter().map(|of| counters(of).clone()).collect::<Vec<_>>();
+            intervals(counters(whole), &all(others), &all(replicates))
+        };
+        let passes = whole.passes.iter().enumerate();
+        let of_pass = |(place, pass): (usize, &PassEstimate)| {
+            (pass.pass, of(&|estimate| &estimate.passes[place].counters))
+        };
+        Self { frame: of(&|estimate| &estimate.frame), passes: passes.map(of_pass).collect() }
     }
 
     /// Of a counter of the frame; both ends are the same where it is exact, and there is none where the frame does not have it.
@@ -42,19 +46,22 @@ fn of(intervals: &[Option<[f64; 2]>], id: &str) -> Option<[f64; 2]> {
     intervals[place]
 }
 
-fn intervals(whole: &CounterSet, other: &CounterSet, replicates: &[&CounterSet]) -> Vec<Option<[f64; 2]>> {
+fn intervals(whole: &CounterSet, others: &[CounterSet], replicates: &[CounterSet]) -> Vec<Option<[f64; 2]>> {
     let quantile = quantile(replicates.len());
-    let mut replicates: Vec<_> = replicates.iter().map(|set| set.iter()).collect();
-    let of_counter = |((_, value), (_, other)): ((_, &Value), (_, &Value))| {
-        let of_replicates: Vec<Option<f64>> =
-            replicates.iter_mut().map(|set| set.next().and_then(|(_, value)| value.number())).collect();
-        let (value, other) = (value.number()?, other.number()?);
-        let square = |replicate: Option<f64>| replicate.map_or(0.0, |replicate| (replicate - value).powi(2));
-        let squares = of_replicates.into_iter().map(square);
+    let of_counter = |(info, value): (&CounterInfo, &Value)| {
+        let value = value.number()?;
+        let numbers = |sets: &[CounterSet]| -> Vec<f64> {
+            sets.iter().filter_map(|set| set.get(info.id).and_then(Value::number)).collect()
+        };
+        let squares = numbers(replicates).into_iter().map(|replicate| (replicate - value).powi(2));
         let half = quantile * squares.sum::<f64>().sqrt();
-        Some([(value.min(other) - half).max(0.0), value.max(other) + half])
+        let [mut least, mut most] = [value; 2];
+        for other in numbers(others) {
+            (least, most) = (least.min(other), most.max(other));
+        }
+        Some([(least - half).max(0.0), most + half])
     };
-    whole.iter().zip(other.iter()).map(of_counter).collect()
+    whole.iter().map(of_counter).collect()
 }
 
 /// Of Student's t, for as many degrees of freedom as there are strata.

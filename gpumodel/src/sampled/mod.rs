@@ -33,7 +33,7 @@ use rayon::prelude::*;
 use tracer::{Frame, TILE_RAYS, TileOutline, TileSource};
 
 /// Fewest blocks that are drawn: with fewer, intervals are so wide that they say nothing.
-const FEWEST_BLOCKS: u32 = 8;
+const FEWEST_BLOCKS: u32 = 12;
 
 /// A sample of so many of the tiles still takes less time than all of them, though blocks are run once more for what comes before them.
 const LARGEST_PART: f64 = 0.5;
@@ -74,7 +74,7 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         let prepared = Prepared::new(source, config)?;
         let frame = source.header().frame;
         let outlines: Option<Vec<TileOutline>> =
-            (0..frame.tiles()).map(|tile| source.outline(tile)).collect::<Result<_, _>>()?;
+            (0..frame.tiles()).into_par_iter().map(|tile| source.outline(tile)).collect::<Result<_, _>>()?;
         let warps_of_tile = TILE_RAYS.div_ceil(config.gpu.cores.warp_width);
         // So many fill all cores.
         let resident = config.gpu.cores.count * prepared.resident_warps;
@@ -122,13 +122,13 @@ impl<'a, S: TileSource> Sampler<'a, S> {
             (Uncertain::Counted, Uncertain::Spared)
         };
         let (replayed, estimate) = frame(&weights, likely)?;
-        let (_, other) = frame(&weights, other)?;
+        let others = [frame(&weights, other)?.1, frame(&weights, Uncertain::Evicting)?.1];
         let replicates = design::replicates(&picks, seed);
         let replicates = replicates
             .par_iter()
             .map(|weights| frame(weights, likely).map(|(_, estimate)| estimate))
             .collect::<Result<Vec<_>, _>>()?;
-        let intervals = Intervals::new(&estimate, &other, &replicates);
+        let intervals = Intervals::new(&estimate, &others, &replicates);
         let tiles = picks.iter().map(|pick| {
             let tiles = blocks.tiles(pick.block);
             tiles.end - tiles.start.saturating_sub(*block_tiles)
