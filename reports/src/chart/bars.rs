@@ -1,7 +1,7 @@
 //! Grouped bars.
 
 use super::axis::Axis;
-use super::{ABSENT, checked, palette, png, refuse};
+use super::{ABSENT, checked, legend, palette, png, refuse};
 use crate::error::Error;
 use crate::picture::{
     Across, BACKGROUND, Down, FAINT, GRID, INK, Label, MARGIN, Rgb, SMALL, Sheet, TEXT, lettering,
@@ -178,7 +178,10 @@ impl BarChart {
         sheet.fill((plot.left, plot.bottom()), (plot.width, 1), INK);
         sheet.height = plot.bottom() + GAP;
         self.paint_groups(&mut sheet, plot, &grid);
-        self.paint_legend(&mut sheet);
+        let names = self.series.iter().map(|series| series.name.as_str());
+        legend::paint(&mut sheet, names, SWATCH, |sheet, (x, y), index| {
+            paint_bar(sheet, (x, y - SWATCH / 2), (SWATCH, SWATCH), index);
+        });
         if self.series.iter().any(|series| series.values.contains(&None)) {
             sheet.paragraph(&format!("{ABSENT}: there is no such figure."), TEXT, FAINT);
         }
@@ -223,32 +226,6 @@ impl BarChart {
             sheet.height += longest.unwrap_or(0);
         }
         sheet.height += 2 * GAP;
-    }
-
-    /// The legend below everything, in rows.
-    fn paint_legend(&self, sheet: &mut Sheet) {
-        let indent = SWATCH + GAP;
-        let mut x = MARGIN;
-        let mut row_height = 0;
-        for (index, series) in self.series.iter().enumerate() {
-            let lines = lettering::wrap(&series.name, sheet.width - 2 * MARGIN - indent, TEXT);
-            let Some(width) = lines.iter().map(|line| lettering::width(line, TEXT)).max() else {
-                continue;
-            };
-            if x > MARGIN && x + indent + width > sheet.width - MARGIN {
-                sheet.height += row_height;
-                (x, row_height) = (MARGIN, 0);
-            }
-            paint_bar(sheet, (x, sheet.height + 1), (SWATCH, SWATCH), index);
-            for (line, text) in (0..).zip(&lines) {
-                let at = (x + indent, sheet.height + 1 + SWATCH / 2 + lettering::line(TEXT) * line);
-                let label = Label::new(text.as_str(), at, TEXT, INK);
-                sheet.label(label.anchored(Across::Start, Down::Middle));
-            }
-            x += indent + width + 2 * MARGIN;
-            row_height = row_height.max(lettering::line(TEXT) * lines.len() as i32 + GAP);
-        }
-        sheet.height += row_height;
     }
 }
 

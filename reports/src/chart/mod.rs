@@ -1,4 +1,4 @@
-//! Charts as SVG and as PNG, from one description: grouped bars, and a matrix over two parameters.
+//! Charts as SVG and as PNG, from one description: grouped bars, a matrix over two parameters, and errors against run time.
 //!
 //! A picture grows with its content until every label has its place: nothing is cut off, and nothing covers anything else.
 //! Series are told apart by the colours of Okabe and Ito (2008), safe for the colour-blind; a matrix is coloured by
@@ -6,12 +6,15 @@
 
 mod axis;
 mod bars;
+mod legend;
 mod matrix;
 mod palette;
+mod work_precision;
 
 pub use bars::{BarChart, Scale, Series};
 pub use matrix::MatrixChart;
 pub(crate) use palette::MOST as MOST_SERIES;
+pub use work_precision::{PrecisionSeries, WorkPrecisionChart};
 
 use crate::error::Error;
 use crate::picture::Sheet;

@@ -3,7 +3,7 @@
 use super::{BACKGROUND, Canvas, FAINT, INK, MARGIN, Rgb, lettering};
 use plotters::coord::Shift;
 use plotters::drawing::DrawingAreaErrorKind;
-use plotters::element::{Rectangle, Text};
+use plotters::element::{PathElement, Polygon, Rectangle, Text};
 use plotters::prelude::{DrawingArea, DrawingBackend, IntoDrawingArea, RGBColor, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, TextStyle};
@@ -65,6 +65,10 @@ impl Label {
 pub(crate) enum Mark {
     /// A filled rectangle.
     Fill { at: (i32, i32), size: (i32, i32), colour: Rgb },
+    /// A straight line.
+    Line { ends: [(i32, i32); 2], width: i32, colour: Rgb },
+    /// A filled polygon.
+    Area { corners: Vec<(i32, i32)>, colour: Rgb },
     /// A line of text.
     Label(Label),
 }
@@ -87,6 +91,16 @@ impl Sheet {
     /// Adds a filled rectangle.
     pub(crate) fn fill(&mut self, at: (i32, i32), size: (i32, i32), colour: Rgb) {
         self.marks.push(Mark::Fill { at, size, colour });
+    }
+
+    /// Adds a straight line.
+    pub(crate) fn line(&mut self, ends: [(i32, i32); 2], width: i32, colour: Rgb) {
+        self.marks.push(Mark::Line { ends, width, colour });
+    }
+
+    /// Adds a filled polygon.
+    pub(crate) fn area(&mut self, corners: Vec<(i32, i32)>, colour: Rgb) {
+        self.marks.push(Mark::Area { corners, colour });
     }
 
     /// Adds the border of a rectangle, one pixel wide, inside it.
@@ -143,6 +157,13 @@ impl Sheet {
                     let corners = [(*x, *y), (x + width, y + height)];
                     area.draw(&Rectangle::new(corners, ink(*colour).filled()))?;
                 }
+                Mark::Line { ends, width, colour } => {
+                    let style = ink(*colour).stroke_width(*width as u32);
+                    area.draw(&PathElement::new(ends.to_vec(), style))?;
+                }
+                Mark::Area { corners, colour } => {
+                    area.draw(&Polygon::new(corners.clone(), ink(*colour).filled()))?;
+                }
                 Mark::Label(label) => {
                     let transform =
                         if label.upwards { FontTransform::Rotate270 } else { FontTransform::None };
@@ -198,7 +219,7 @@ pub(crate) mod tests {
     pub(crate) fn labels(sheet: &Sheet) -> Vec<&Label> {
         let labels = sheet.marks.iter().filter_map(|mark| match mark {
             Mark::Label(label) => Some(label),
-            Mark::Fill { .. } => None,
+            _ => None,
         });
         labels.collect()
     }
