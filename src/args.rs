@@ -422,7 +422,7 @@ pub(crate) struct FrameArgs {
     /// Entries of the short stack of restart-trail and push-down [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) short_stack: Option<u32>,
-    /// Width of the restart trail [default: 64].
+    /// Width of the restart trail [default: 32 where the tree's depth allows, else 64].
     #[arg(long, value_name = "BITS", value_parser = PossibleValuesParser::new(["32", "64"]))]
     pub(crate) trail_bits: Option<String>,
     /// How rays are tested against triangles [default: moeller-trumbore]. Costs of operations are those of the default for either.

@@ -141,8 +141,9 @@ fn set_short_stack(
         Traversal::BvhRestartTrail { bits, short_stack } => {
             *short_stack = entries.unwrap_or(*short_stack);
             *bits = match trail_bits {
-                Some("32") => TrailBits::Bits32,
-                _ => TrailBits::Bits64,
+                Some("32") => Some(TrailBits::Bits32),
+                Some(_) => Some(TrailBits::Bits64),
+                None => None,
             };
             return Ok(());
         }
@@ -255,7 +256,7 @@ mod tests {
             ..Default::default()
         })
         .expect("a good frame");
-        assert_eq!(bvh.traversal, Traversal::BvhRestartTrail { bits: TrailBits::Bits32, short_stack: 4 });
+        assert_eq!(bvh.traversal, Traversal::BvhRestartTrail { bits: Some(TrailBits::Bits32), short_stack: 4 });
         assert_eq!([bvh.build.traversal_cost, bvh.build.intersection_cost], [1.0, 2.0]);
         assert_eq!(bvh.size, ImageSize { width: 640, height: 480 });
         let kd = settings(&FrameArgs {

@@ -1,7 +1,6 @@
 //! A trace: what every ray of a frame visited, tile by tile.
 
-use crate::accel::{Accel, Traversal};
-use crate::bvh::restart_trail::TrailBits;
+use crate::accel::Accel;
 use crate::error::Error;
 use crate::observe::{LoopStructure, NodeFetch, Observer, Op};
 use crate::raster::TileDraw;
@@ -282,17 +281,6 @@ pub struct TraceHeader {
     /// What a report should say of the scene.
     #[serde(default)]
     pub remarks: SceneRemarks,
-}
-
-impl TraceHeader {
-    /// Bits of the trail of a traversal.
-    pub(crate) fn trail_bits(traversal: Traversal) -> Option<u32> {
-        match traversal {
-            Traversal::BvhRestartTrail { bits: TrailBits::Bits32, .. } => Some(32),
-            Traversal::BvhRestartTrail { bits: TrailBits::Bits64, .. } => Some(64),
-            _ => None,
-        }
-    }
 }
 
 /// Where tiles come from: a traversal at work, or a file. Tiles can be asked for in any order, from any thread.

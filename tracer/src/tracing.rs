@@ -1,6 +1,7 @@
 //! Tracing a frame on the fly, as a source of tiles.
 
 use crate::accel::{AccelerationStructure, BuildOptions};
+use crate::bvh::restart_trail::TrailBits;
 use crate::error::Error;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
@@ -96,7 +97,7 @@ impl<'a> FrameTracer<'a> {
                 _ => 0,
             },
             short_stack: traversal.short_stack(),
-            trail_bits: TraceHeader::trail_bits(traversal),
+            trail_bits: structure.trail_bits().map(TrailBits::count),
             sah_costs: [options.traversal_cost, options.intersection_cost],
             depth: structure.depth(),
             remarks: SceneRemarks::default(),
