@@ -92,8 +92,8 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                 .map(|layout| {
                     vec![
                         text(layout.name()),
-                        layout.vertex_record_bytes().to_string(),
-                        layout.normal_record_bytes().to_string(),
+                        layout.records().vertex_bytes.to_string(),
+                        layout.records().normal_bytes.to_string(),
                     ]
                 })
                 .collect(),

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
-use crate::trace::{Frame, RayKind, Recorder, SceneRemarks, Tile, TileSource, TraceHeader};
+use crate::trace::{Forced, Frame, RayKind, Recorder, SceneRemarks, Tile, TileSource, TraceHeader};
 use crate::view::{RayOffset, View};
 use glam::Vec3;
 use scenes::Triangle;
@@ -88,6 +88,8 @@ impl<'a> FrameTracer<'a> {
             frame: rays.frame(),
             ray_sets,
             raster: false,
+            normals: true,
+            forced: Vec::new(),
             accel: traversal.accel(),
             traversal: traversal.name().to_owned(),
             node_fetch: traversal.node_fetch(),
@@ -113,6 +115,20 @@ impl<'a> FrameTracer<'a> {
     pub fn with_raster(mut self) -> Self {
         self.raster = self.rays.raster(self.triangles);
         self.header.raster = self.raster.is_some();
+        self
+    }
+
+    /// The same tracer of a frame that shades without normals of triangles.
+    #[must_use]
+    pub fn without_normals(mut self) -> Self {
+        self.header.normals = false;
+        self
+    }
+
+    /// The same tracer, its header saying what was forced.
+    #[must_use]
+    pub fn with_forced(mut self, forced: Vec<Forced>) -> Self {
+        self.header.forced = forced;
         self
     }
 

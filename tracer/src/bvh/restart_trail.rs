@@ -46,7 +46,12 @@ impl TrailBits {
 
 /// The word that a trail is kept in.
 trait TrailWord:
-    Copy + PartialOrd + Add<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self> + Shr<u32, Output = Self>
+    Copy
+    + PartialOrd
+    + Add<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + Shr<u32, Output = Self>
 {
     const ZERO: Self;
     /// The bit above all decisions.
