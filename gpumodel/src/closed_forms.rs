@@ -162,7 +162,7 @@ fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
 fn a_stack_in_memory_is_interleaved_by_lane_and_one_in_registers_is_free() {
     let steps = vec![(Op::Node, 0), (Op::Push, 2), (Op::Pop, 2)];
     let mut source = Recorded::list(Accel::Bvh, "stack", 64, &vec![(steps, NO_HIT); 32]);
-    assert_eq!(run(&source).pass(Pass::Primary).traffic.stack, crate::BufferTraffic::default());
+    assert_eq!(run(&source).pass(Pass::Primary).traffic.stack, BufferTraffic::default());
     source.header.stack_entries = 7;
     let counters = run(&source);
     // 32 entries of 8 bytes at one depth are 4 lines: written without being read, then read.
