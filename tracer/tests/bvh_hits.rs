@@ -217,15 +217,6 @@ fn nested(count: i32) -> Vec<Triangle> {
         .collect()
 }
 
-#[derive(Default)]
-struct Steps(Vec<(Op, u32)>);
-
-impl Observer for Steps {
-    fn step(&mut self, op: Op, id: u32) {
-        self.0.push((op, id));
-    }
-}
-
 #[test]
 fn the_narrowest_trail_is_taken_that_the_depth_allows_and_changes_no_step() {
     assert_eq!(TrailBits::fitting(31), TrailBits::Bits32);
