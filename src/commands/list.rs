@@ -86,13 +86,13 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                 .collect(),
         ),
         Listed::Layouts => table(
-            &["layout", "bytes per triangle", "bytes per triangle in a second buffer, for shading"],
+            &["layout", "bytes per triangle with normals", "of these in a second buffer, for shading"],
             PrimitiveLayout::ALL
                 .into_iter()
                 .map(|layout| {
                     vec![
                         text(layout.name()),
-                        layout.records().vertex_bytes.to_string(),
+                        layout.records().bytes().to_string(),
                         layout.records().normal_bytes.to_string(),
                     ]
                 })
