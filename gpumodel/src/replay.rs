@@ -88,8 +88,6 @@ pub struct Replayed {
     pub structure_bytes: u64,
     /// Bytes of all buffers.
     pub buffers: BufferBytes,
-    /// Bytes that normals take in the records of triangles and vertices, or would take where they are left out.
-    pub normal_bytes: u64,
     /// Warps that a core holds at once.
     pub resident_warps: u32,
     /// What happened when; empty where time was simulated.
@@ -438,8 +436,8 @@ impl<'a> Variant<'a> {
         counters.flush = flush;
         counters.schedule = schedule;
         counters.stalls = source.stalls();
-        let Buffers { structure_bytes, sizes: buffers, normal_bytes, .. } = program.buffers;
-        Ok(Replayed { counters, maps, structure_bytes, buffers, normal_bytes, resident_warps, phases, timed })
+        let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
+        Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps, phases, timed })
     }
 
     /// The full-screen quad that draws the image of a compute stage.

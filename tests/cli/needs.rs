@@ -333,7 +333,12 @@ fn only_buffers_that_the_frame_has_are_listed() {
         (&["--technique", "compute"], &["nodes", "triangles", "stacks", "images"]),
         (&["--technique", "hybrid", "--traversal", "parent-link"], &["nodes", "triangles", "vertices"]),
         (&["--technique", "hybrid-resolved"], &["nodes", "triangles", "stacks", "vertices", "images"]),
+        (&["--technique", "hybrid", "--leave-out", "shadow-rays"], &["vertices"]),
         (&["--force", "normals", "--layout", "split"], &["nodes", "triangles", "normals", "stacks"]),
+        (
+            &["--force", "normals", "--layout", "split", "--technique", "hybrid"],
+            &["nodes", "triangles", "stacks", "vertices"],
+        ),
     ] {
         let report = profile(&cornell, options);
         assert_eq!(names(&report, "buffers"), expected, "{options:?}");

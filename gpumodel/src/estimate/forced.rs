@@ -42,12 +42,14 @@ pub(super) fn costs(
                 let read = traffic(Pass::Output).normal.dram_read_bytes;
                 let apart = replayed.buffers.normal > 0;
                 ForcedCost {
-                    buffer_bytes: replayed.normal_bytes,
+                    buffer_bytes: replayed.buffers.in_normals,
                     dram_read_bytes: apart.then_some(read),
                     ..nothing
                 }
             }
-            (Feature::Normals, Choice::Out) => ForcedCost { buffer_bytes: replayed.normal_bytes, ..nothing },
+            (Feature::Normals, Choice::Out) => {
+                ForcedCost { buffer_bytes: replayed.buffers.in_normals, ..nothing }
+            }
         }
     };
     header.forced.iter().map(cost).collect()

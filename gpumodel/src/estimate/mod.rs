@@ -37,7 +37,7 @@ pub struct Estimate {
     pub bounds: Vec<Bound>,
     /// The resource that decides the longest of the frame's phases.
     pub deciding_bound: &'static str,
-    /// What each kind of buffer takes and moves; those that the frame does not have are left out.
+    /// What each kind of buffer takes and moves; those that the frame does not touch are left out.
     pub buffers: Vec<BufferEstimate>,
     /// What was assumed, in sentences.
     pub assumptions: Vec<String>,
@@ -204,7 +204,7 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
         of("vertices", bytes.vertex, vertex, &paths.vertex),
         of("images", bytes.image, image, &paths.texture),
     ];
-    all.into_iter().filter(|buffer| buffer.bytes > 0 || buffer.line_accesses > 0).collect()
+    all.into_iter().filter(|buffer| buffer.line_accesses > 0).collect()
 }
 
 /// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.

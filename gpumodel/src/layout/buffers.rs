@@ -74,6 +74,8 @@ pub struct BufferBytes {
     pub vertex: u64,
     /// Images and attachments that one pass writes and another reads.
     pub image: u64,
+    /// No buffer: what normals take in the records of triangles and vertices, or would take where they are left out.
+    pub in_normals: u64,
 }
 
 /// Records that are read in 16-byte loads.
@@ -110,8 +112,6 @@ pub(crate) struct Buffers {
     pub(crate) structure_bytes: u64,
     /// Bytes that each buffer takes.
     pub(crate) sizes: BufferBytes,
-    /// Bytes that normals take in the records of triangles and vertices, or would take where they are left out.
-    pub(crate) normal_bytes: u64,
     /// Bytes from vertex to vertex of what is rasterised; 0 where nothing is.
     pub(crate) vertex_stride: u32,
     pub(crate) tree: TreeBuffers,
@@ -211,6 +211,8 @@ impl Buffers {
             stack: stack_stride * u64::from(warps),
             vertex: triangle_bytes * u64::from(topology.triangles),
             image: images,
+            in_normals: records * u64::from(normals_in_records)
+                + u64::from(topology.triangles) * normals_in_vertices,
         };
         let end = next / VEC4_BYTES;
         if end > u64::from(u32::MAX) {
@@ -254,8 +256,6 @@ impl Buffers {
         Ok(Self {
             structure_bytes,
             sizes,
-            normal_bytes: records * u64::from(normals_in_records)
-                + u64::from(topology.triangles) * normals_in_vertices,
             vertex_stride,
             tree,
             intersection_reads: Reads::new(intersection.len() as u32, stride, line),
@@ -419,6 +419,24 @@ mod tests {
             let triangles = (0..512).map(|triangle| vec![buffers.shading(triangle).unwrap()]);
             let mean = mean_lines(buffers.shading_reads, buffers.tree.line_shift, triangles);
             assert_eq!(mean, expected, "{layout:?}");
+        }
+    }
+
+    #[test]
+    fn without_normals_all_layouts_are_the_vertices_that_intersections_read() {
+        for layout in PrimitiveLayout::ALL {
+            let mut source = Recorded::list(Accel::Bvh, "stack", 1024, &[]);
+            source.header.normals = false;
+            let config = ReplayConfig { primitive_layout: layout, ..config(gpu(&[])) };
+            let line = LineSize::new(64).expect("a power of two");
+            let buffers = Buffers::new(&source, &config, 1, line, line).expect("the mock is valid");
+            let BufferBytes { primitive, normal, in_normals, .. } = buffers.sizes;
+            assert_eq!((primitive, normal), (1024 * 48, 0), "{layout:?}");
+            assert_eq!(in_normals, 1024 * u64::from(layout.records().bytes() - 48), "{layout:?}");
+            assert_eq!(buffers.shading_kind, BufferKind::Primitive);
+            assert_eq!(buffers.shading_reads, buffers.intersection_reads);
+            // The mock's leaves hold the triangles in file order.
+            assert!((0..1024).all(|triangle| buffers.shading(triangle) == buffers.intersection(triangle)));
         }
     }
 
