@@ -1,8 +1,9 @@
 //! What features cost that were forced in, and what is saved by those that were forced out, as far as one run tells.
 
+use super::values::FrameValues;
 use crate::counters::Pass;
-use crate::replay::Replayed;
-use tracer::{Choice, Feature, TraceHeader};
+use crate::layout::normal_bytes;
+use tracer::{Choice, Feature, Forced};
 
 /// What a feature costs that was forced in or out against what the scene needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +22,10 @@ pub struct ForcedCost {
 
 /// What all that was forced costs; `seconds` are those of the passes.
 pub(super) fn costs(
-    replayed: &Replayed,
-    header: &TraceHeader,
+    FrameValues { replayed, header, topology, config }: &FrameValues<'_>,
     seconds: &[f64; Pass::COUNT],
 ) -> Vec<ForcedCost> {
-    let cost = |&tracer::Forced { feature, choice }| {
+    let cost = |&Forced { feature, choice }| {
         let nothing = ForcedCost { feature, choice, seconds: None, buffer_bytes: 0, dram_read_bytes: None };
         let traffic = |pass: Pass| replayed.counters.pass(pass).traffic;
         match (feature, choice) {
@@ -42,13 +42,13 @@ pub(super) fn costs(
                 let read = traffic(Pass::Output).normal.dram_read_bytes;
                 let apart = replayed.buffers.normal > 0;
                 ForcedCost {
-                    buffer_bytes: replayed.buffers.in_normals,
+                    buffer_bytes: normal_bytes(header, topology, config),
                     dram_read_bytes: apart.then_some(read),
                     ..nothing
                 }
             }
             (Feature::Normals, Choice::Out) => {
-                ForcedCost { buffer_bytes: replayed.buffers.in_normals, ..nothing }
+                ForcedCost { buffer_bytes: normal_bytes(header, topology, config), ..nothing }
             }
         }
     };

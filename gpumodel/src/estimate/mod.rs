@@ -142,7 +142,7 @@ pub fn estimate(
         buffers: buffers(replayed, config),
         assumptions: assumptions(replayed, header, config),
         left_out: left_out(replayed, config),
-        forced: forced::costs(replayed, header, &seconds),
+        forced: forced::costs(&frame, &seconds),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
         stack,
         residual,

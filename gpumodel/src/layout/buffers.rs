@@ -18,7 +18,7 @@ use crate::config::{Technique, VECTOR_BYTES};
 use crate::error::Error;
 use crate::replay::ReplayConfig;
 use cachesim::LineSize;
-use tracer::{TILE_RAYS, TileSource};
+use tracer::{TILE_RAYS, TileSource, Topology, TraceHeader};
 
 /// Vertices of a triangle without an index list.
 pub(crate) const CORNERS: u64 = 3;
@@ -74,8 +74,25 @@ pub struct BufferBytes {
     pub vertex: u64,
     /// Images and attachments that one pass writes and another reads.
     pub image: u64,
-    /// No buffer: what normals take in the records of triangles and vertices, or would take where they are left out.
-    pub in_normals: u64,
+}
+
+fn order(header: &TraceHeader, config: &ReplayConfig) -> PrimitiveOrder {
+    config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel))
+}
+
+/// Records of triangles.
+fn records(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
+    match order(header, config) {
+        PrimitiveOrder::Leaf => topology.references.len() as u64,
+        PrimitiveOrder::Indexed => u64::from(topology.triangles),
+    }
+}
+
+/// Bytes that normals take in the records of triangles and vertices, or would take where they are left out.
+pub(crate) fn normal_bytes(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
+    let of_record = config.primitive_layout.records().bytes() - TriangleRecords::WITHOUT_NORMALS.bytes();
+    let of_vertices = config.technique.raster.map_or(0, |_| CORNERS * u64::from(VECTOR_BYTES));
+    records(header, topology, config) * u64::from(of_record) + u64::from(topology.triangles) * of_vertices
 }
 
 /// Records that are read in 16-byte loads.
@@ -167,13 +184,11 @@ impl Buffers {
         topology.validate().map_err(|problem| fail(problem, "record the trace again"))?;
         let (node_bytes, node_stride) = config.node_records.bytes(header, &NodeLayout::of(header)?)?;
         let (places, node_count) = node_places(config, topology);
-        let with_normals = config.primitive_layout.records();
-        let normals_in_records = with_normals.bytes() - TriangleRecords::WITHOUT_NORMALS.bytes();
-        let primitive = if header.normals { with_normals } else { TriangleRecords::WITHOUT_NORMALS };
-        let order = config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel));
-        let leaf_order = order == PrimitiveOrder::Leaf;
+        let primitive =
+            if header.normals { config.primitive_layout.records() } else { TriangleRecords::WITHOUT_NORMALS };
+        let leaf_order = order(header, config) == PrimitiveOrder::Leaf;
         let references = topology.references.len() as u64;
-        let records = if leaf_order { references } else { u64::from(topology.triangles) };
+        let records = records(header, topology, config);
 
         let mut next = 0_u64;
         let mut place = |bytes: u64| {
@@ -196,7 +211,6 @@ impl Buffers {
         let Technique { raster, present, .. } = &config.technique;
         let vertex_stride = raster.map_or(0, |raster| raster.vertex_stride(header.normals));
         let triangle_bytes = CORNERS * u64::from(vertex_stride);
-        let normals_in_vertices = raster.map_or(0, |_| CORNERS * u64::from(VECTOR_BYTES));
         let raster_base = place(triangle_bytes * u64::from(topology.triangles));
         let pixels = u64::from(header.frame.tiles()) * u64::from(TILE_RAYS);
         let image_bytes = pixels * PIXEL_BYTES;
@@ -211,8 +225,6 @@ impl Buffers {
             stack: stack_stride * u64::from(warps),
             vertex: triangle_bytes * u64::from(topology.triangles),
             image: images,
-            in_normals: records * u64::from(normals_in_records)
-                + u64::from(topology.triangles) * normals_in_vertices,
         };
         let end = next / VEC4_BYTES;
         if end > u64::from(u32::MAX) {
@@ -430,8 +442,9 @@ mod tests {
             let config = ReplayConfig { primitive_layout: layout, ..config(gpu(&[])) };
             let line = LineSize::new(64).expect("a power of two");
             let buffers = Buffers::new(&source, &config, 1, line, line).expect("the mock is valid");
-            let BufferBytes { primitive, normal, in_normals, .. } = buffers.sizes;
+            let BufferBytes { primitive, normal, .. } = buffers.sizes;
             assert_eq!((primitive, normal), (1024 * 48, 0), "{layout:?}");
+            let in_normals = normal_bytes(&source.header, &source.topology, &config);
             assert_eq!(in_normals, 1024 * u64::from(layout.records().bytes() - 48), "{layout:?}");
             assert_eq!(buffers.shading_kind, BufferKind::Primitive);
             assert_eq!(buffers.shading_reads, buffers.intersection_reads);

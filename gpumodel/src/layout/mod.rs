@@ -8,7 +8,9 @@ mod records;
 mod tree;
 
 pub use buffers::BufferBytes;
-pub(crate) use buffers::{BufferKind, Buffers, CORNERS, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES};
+pub(crate) use buffers::{
+    BufferKind, Buffers, CORNERS, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES, normal_bytes,
+};
 pub use node::{Field, NodeLayout};
 pub use order::NodeOrder;
 pub use primitive::{PrimitiveLayout, TriangleRecords};
