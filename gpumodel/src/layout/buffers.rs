@@ -76,6 +76,22 @@ pub struct BufferBytes {
     pub image: u64,
 }
 
+/// Records that are read in 16-byte loads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Reads {
+    /// Loads of one lane.
+    pub(crate) loads: u32,
+    /// All loads of a record lie in one line, wherever the record is.
+    pub(crate) one_line: bool,
+}
+
+impl Reads {
+    fn new(bytes: u32, stride_bytes: u32, line: LineSize) -> Self {
+        let aligned = bytes <= stride_bytes && line.bytes().is_multiple_of(u64::from(stride_bytes));
+        Self { loads: bytes / VEC4_BYTES as u32, one_line: aligned }
+    }
+}
+
 fn order(header: &TraceHeader, config: &ReplayConfig) -> PrimitiveOrder {
     config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel))
 }
@@ -93,22 +109,6 @@ pub(crate) fn normal_bytes(header: &TraceHeader, topology: &Topology, config: &R
     let of_record = config.primitive_layout.records().bytes() - TriangleRecords::WITHOUT_NORMALS.bytes();
     let of_vertices = config.technique.raster.map_or(0, |_| CORNERS * u64::from(VECTOR_BYTES));
     records(header, topology, config) * u64::from(of_record) + u64::from(topology.triangles) * of_vertices
-}
-
-/// Records that are read in 16-byte loads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Reads {
-    /// Loads of one lane.
-    pub(crate) loads: u32,
-    /// All loads of a record lie in one line, wherever the record is.
-    pub(crate) one_line: bool,
-}
-
-impl Reads {
-    fn new(bytes: u32, stride_bytes: u32, line: LineSize) -> Self {
-        let aligned = bytes <= stride_bytes && line.bytes().is_multiple_of(u64::from(stride_bytes));
-        Self { loads: bytes / VEC4_BYTES as u32, one_line: aligned }
-    }
 }
 
 /// What the cores add to the addresses of a stream: where private memory lies, and where tile memory goes.
