@@ -27,7 +27,7 @@ impl Forced {
             },
             (Feature::Normals, Choice::In) => {
                 let read =
-                    dram_read_bytes.map(|read| format!(", of which {} are read from DRAM", bytes(read)));
+                    dram_read_bytes.map(|read| format!(", and {} are read from DRAM for them", bytes(read)));
                 format!(
                     "they take {} of records{}; what they add to the frame's {frame} ms follows from a run without --force normals",
                     bytes(buffer_bytes),
