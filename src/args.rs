@@ -437,9 +437,16 @@ pub(crate) struct FrameArgs {
     /// Entries of the short stack of restart-trail and push-down [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) short_stack: Option<u32>,
-    /// Width of the restart trail [default: 64].
+    /// Width of the restart trail [default: 32 where the tree's depth allows, else 64].
     #[arg(long, value_name = "BITS", value_parser = PossibleValuesParser::new(["32", "64"]))]
     pub(crate) trail_bits: Option<String>,
+    /// What the frame has although the scene does not need it; the report says what it costs. Shadow rays of a scene without light go
+    /// to a point above and behind the camera.
+    #[arg(long, value_name = "FEATURE", value_delimiter = ',', value_parser = feature_names())]
+    pub(crate) force: Vec<String>,
+    /// What the frame does not have although the scene needs it; the report says what that saves.
+    #[arg(long, value_name = "FEATURE", value_delimiter = ',', value_parser = feature_names())]
+    pub(crate) leave_out: Vec<String>,
     /// How rays are tested against triangles [default: moeller-trumbore]. Costs of operations are those of the default for either.
     #[arg(long, value_name = "TEST", value_parser = PossibleValuesParser::new(tracer::TriangleTest::ALL.map(tracer::TriangleTest::name)))]
     pub(crate) triangle_test: Option<String>,
@@ -534,6 +541,10 @@ pub(crate) struct RunArgs {
     /// Worker threads [default: one per core]. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
+}
+
+fn feature_names() -> PossibleValuesParser {
+    PossibleValuesParser::new(scenes::Feature::ALL.map(scenes::Feature::name))
 }
 
 /// Every traversal's name once.

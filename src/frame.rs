@@ -5,14 +5,18 @@ use crate::meter::timed;
 use crate::progress::Progress;
 use crate::settings::FrameSettings;
 use anyhow::bail;
-use scenes::{Light, Scene, Triangle};
+use scenes::{Feature, Light, Needs, Scene, Triangle};
 use tracer::{
-    AccelerationStructure, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks, TriangleTest, View,
+    AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks,
+    TriangleTest, View,
 };
 
 /// What a report says of hits that are not those of the default test.
 const WATERTIGHT_NOTE: &str = "hits are those of the watertight triangle test of Woop, Benthin & Wald 2013; no shader of it was compiled, \
                                so the report has the costs of Moeller-Trumbore";
+
+/// What a report says of shadow rays in a scene without a light.
+const LIGHT_NOTE: &str = "The scene has no light; for the shadow rays that were forced in, a point light was placed above and behind the camera.";
 
 /// A scene whose primary rays can be traced.
 pub(crate) struct LoadedScene {
@@ -45,6 +49,7 @@ impl LoadedScene {
 /// A scene with a structure built over it.
 pub(crate) struct Frame<'a> {
     scene: &'a LoadedScene,
+    needs: Needs,
     pub(crate) structure: AccelerationStructure,
     settings: FrameSettings,
     /// Seconds for building the structure.
@@ -57,10 +62,10 @@ impl<'a> Frame<'a> {
         let _progress = Progress::spinner("building the structure");
         let (structure, build_s) =
             timed(|| AccelerationStructure::build(&scene.triangles, settings.traversal, &settings.build));
-        Ok(Self { scene, structure: structure?, settings: *settings, build_s })
+        Ok(Self { scene, needs: scene.scene.needs(), structure: structure?, settings: *settings, build_s })
     }
 
-    /// A tracer of what `machines` replay: the camera's rays, the shadow rays that the scene asks for, and what a rasteriser draws where
+    /// A tracer of what `machines` replay: the camera's rays, the shadow rays that the frame has, and what a rasteriser draws where
     /// one of them rasterises.
     pub(crate) fn tracer_for(&self, machines: &[Machine]) -> FrameTracer<'_> {
         let tracer = self.tracer(None);
@@ -68,8 +73,9 @@ impl<'a> Frame<'a> {
         if rasterises { tracer.with_raster() } else { tracer }
     }
 
-    /// A tracer of the camera's rays and of the shadow rays that the scene asks for; of `rays` alone if they are given.
+    /// A tracer of the camera's rays and of the shadow rays that the frame has; of `rays` alone if they are given.
     pub(crate) fn tracer(&self, rays: Option<Vec<Ray>>) -> FrameTracer<'_> {
+        let remarks = self.remarks(rays.is_some());
         let (rays, lights) = match rays {
             Some(rays) => (Rays::List(rays), Vec::new()),
             None => {
@@ -79,8 +85,11 @@ impl<'a> Frame<'a> {
         };
         let LoadedScene { scene, triangles, .. } = self.scene;
         let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
-        FrameTracer::new(&self.structure, &self.settings.build, triangles, identity, rays, lights)
-            .with_remarks(self.remarks())
+        let tracer =
+            FrameTracer::new(&self.structure, &self.settings.build, triangles, identity, rays, lights)
+                .with_remarks(remarks)
+                .with_forced(self.settings.features.forced(&self.needs));
+        if self.has(Feature::Normals) { tracer } else { tracer.without_normals() }
     }
 
     /// The camera, for this size of image.
@@ -96,22 +105,51 @@ impl<'a> Frame<'a> {
 
     /// Where shadow rays go.
     pub(crate) fn lights(&self) -> Vec<scenes::Vec3> {
-        let Scene { lights, rays, .. } = &self.scene.scene;
-        lights.iter().filter(|_| rays.shadow).map(|Light::Point { position }| *position).collect()
+        if !self.has(Feature::ShadowRays) {
+            return Vec::new();
+        }
+        let Scene { lights, .. } = &self.scene.scene;
+        let position = |&Light::Point { position }: &Light| position;
+        if lights.is_empty() {
+            return vec![position(&self.scene.scene.default_light())];
+        }
+        lights.iter().map(position).collect()
     }
 
-    /// What a report should say of the scene.
-    fn remarks(&self) -> SceneRemarks {
+    fn has(&self, feature: Feature) -> bool {
+        self.settings.features.has(feature, &self.needs)
+    }
+
+    /// What a report should say of the scene, whose camera's rays are traced or a list of rays.
+    fn remarks(&self, of_list: bool) -> SceneRemarks {
         let scene = &self.scene.scene;
-        let omission = |entry: scenes::LeftOut| Omission { what: entry.what.to_owned(), why: entry.why };
+        let mut left_out: Vec<Omission> = self.needs.left_out().into_iter().map(omission).collect();
+        for Forced { feature, choice } in self.settings.features.forced(&self.needs) {
+            left_out.retain(|entry| entry.what != feature.what());
+            if choice == Choice::Out {
+                let why = format!("the scene needs it; --leave-out {}", feature.name());
+                left_out.push(Omission { what: feature.what().to_owned(), why });
+            }
+        }
+        if of_list {
+            let what = Feature::ShadowRays.what();
+            left_out.retain(|entry| entry.what != what);
+            let why = "a list of rays is traced for its closest hits alone".to_owned();
+            left_out.push(Omission { what: what.to_owned(), why });
+        }
         let scene_notes = scene.notes.iter().map(|note| note.text());
+        let light_note = (self.has(Feature::ShadowRays) && scene.lights.is_empty()).then_some(LIGHT_NOTE);
         let test_notes = match self.settings.build.triangle_test {
             TriangleTest::MoellerTrumbore => None,
             TriangleTest::Watertight => Some(WATERTIGHT_NOTE),
         };
         SceneRemarks {
-            left_out: scene.needs().left_out().into_iter().map(omission).collect(),
-            notes: scene_notes.chain(test_notes).map(str::to_owned).collect(),
+            left_out,
+            notes: scene_notes.chain(light_note).chain(test_notes).map(str::to_owned).collect(),
         }
     }
+}
+
+fn omission(entry: scenes::LeftOut) -> Omission {
+    Omission { what: entry.what.to_owned(), why: entry.why }
 }

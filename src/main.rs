@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod console;
+mod features;
 mod figures;
 mod frame;
 mod machine;

@@ -1,6 +1,7 @@
 //! The frame as it was asked for, checked: what can be refused before any work is refused here.
 
 use crate::args::FrameArgs;
+use crate::features::Features;
 use anyhow::{anyhow, bail};
 use tracer::bvh::restart_trail::TrailBits;
 use tracer::kd::{FlatCells, KdOptions, Splits};
@@ -56,6 +57,7 @@ pub(crate) struct FrameSettings {
     pub(crate) size: ImageSize,
     pub(crate) traversal: Traversal,
     pub(crate) build: BuildOptions,
+    pub(crate) features: Features,
 }
 
 impl FrameSettings {
@@ -68,6 +70,8 @@ impl FrameSettings {
             ci,
             short_stack,
             trail_bits,
+            force,
+            leave_out,
             triangle_test,
             splits,
             flat_cells,
@@ -119,6 +123,7 @@ impl FrameSettings {
             bail!("--flat-cells allowed: backtracking cannot leave a cell without thickness; leave it out");
         }
         Ok(Self {
+            features: Features::new(force, leave_out)?,
             size: size.as_deref().map(ImageSize::parse).transpose()?.unwrap_or_default(),
             traversal,
             build: BuildOptions {
@@ -141,8 +146,9 @@ fn set_short_stack(
         Traversal::BvhRestartTrail { bits, short_stack } => {
             *short_stack = entries.unwrap_or(*short_stack);
             *bits = match trail_bits {
-                Some("32") => TrailBits::Bits32,
-                _ => TrailBits::Bits64,
+                Some("32") => Some(TrailBits::Bits32),
+                Some(_) => Some(TrailBits::Bits64),
+                None => None,
             };
             return Ok(());
         }
@@ -255,7 +261,10 @@ mod tests {
             ..Default::default()
         })
         .expect("a good frame");
-        assert_eq!(bvh.traversal, Traversal::BvhRestartTrail { bits: TrailBits::Bits32, short_stack: 4 });
+        assert_eq!(
+            bvh.traversal,
+            Traversal::BvhRestartTrail { bits: Some(TrailBits::Bits32), short_stack: 4 }
+        );
         assert_eq!([bvh.build.traversal_cost, bvh.build.intersection_cost], [1.0, 2.0]);
         assert_eq!(bvh.size, ImageSize { width: 640, height: 480 });
         let kd = settings(&FrameArgs {

@@ -10,14 +10,12 @@
 use crate::config::{Attachments, Gpu, Raster, Tiler};
 use crate::counters::Pass;
 use crate::error::Error;
-use crate::layout::{BufferKind, PIXEL_BYTES};
+use crate::layout::{BufferKind, CORNERS, PIXEL_BYTES};
 use crate::replay::ReplayConfig;
 use crate::warp::{Emitter, Program, TileStreams, TreeTurns};
 use std::collections::BTreeMap;
 use tracer::{Frame, TILE_EDGE, TileDraw, TraceHeader};
 
-/// Vertices of a triangle without an index list.
-const CORNERS: u64 = 3;
 /// Warps whose lines are handed on together.
 const BATCH_WARPS: usize = 1024;
 
@@ -96,7 +94,7 @@ pub(crate) fn run(
         bits.div_ceil(8) + bin.triangles.len() as u64 * u64::from(gpu.tiler.list_bytes_per_entry)
     };
 
-    let mut pass = Vertices { gpu, program, raster, emitter: Emitter::new(TreeTurns::Joined), emit };
+    let mut pass = Vertices { gpu, program, emitter: Emitter::new(TreeTurns::Joined), emit };
     if bins.len() > 1 {
         let all = 0..header.triangles;
         pass.run(Pass::Binning, all, crate::config::VECTOR_BYTES, costs.shared.vertex_position);
@@ -106,7 +104,12 @@ pub(crate) fn run(
     }
     let width = u64::from(gpu.cores.warp_width);
     for bin in &bins {
-        pass.run(Pass::Geometry, bin.triangles.iter().copied(), raster.vertex_bytes, costs.shared.vertex);
+        pass.run(
+            Pass::Geometry,
+            bin.triangles.iter().copied(),
+            program.buffers.vertex_stride,
+            costs.shared.vertex,
+        );
         let issue = pass.emitter.issue(Pass::Geometry);
         issue.covered_fragments += bin.covered;
         issue.bin_list_bytes += if bins.len() > 1 { list_bytes(bin) } else { 0 };
@@ -155,7 +158,6 @@ fn bins(width: u32, height: u32, [bin_width, bin_height]: [u32; 2], draws: &[Vec
 struct Vertices<'a> {
     gpu: &'a Gpu,
     program: &'a Program,
-    raster: Raster,
     emitter: Emitter,
     emit: &'a mut dyn FnMut(Pass, TileStreams),
 }
@@ -165,7 +167,7 @@ impl Vertices<'_> {
     fn run(&mut self, pass: Pass, triangles: impl Iterator<Item = u32>, bytes: u32, cost: crate::Cost) {
         let gpu = self.gpu;
         let shift = gpu.caches[gpu.paths.vertex[0]].line_bytes.ilog2();
-        let stride = u64::from(self.raster.vertex_bytes);
+        let stride = u64::from(self.program.buffers.vertex_stride);
         let mut lines: Vec<u32> = Vec::new();
         let (mut lanes, mut warps_in_batch) = (0, 0);
         let mut total = 0_u64;

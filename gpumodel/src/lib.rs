@@ -39,9 +39,12 @@ pub use counters::{
     PassCounters, ScheduleCounters, TrafficCounters, Value, WaitCounters,
 };
 pub use error::Error;
-pub use estimate::{Bound, BufferEstimate, Estimate, LeftOut, PassEstimate, StackPart, estimate};
-pub use layout::{BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder};
+pub use estimate::{Bound, BufferEstimate, Estimate, ForcedCost, LeftOut, PassEstimate, StackPart, estimate};
+pub use layout::{
+    BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, TriangleRecords,
+};
 pub use replay::{Fidelity, Maps, ReplayConfig, Replayed, replay, replay_all};
 pub use sampled::{Attempt, Goal, Intervals, Sampled, Sampler, unsampled};
 pub use timed::{MissRequest, TimedFrame, TimedPhase, WarpCycles};
+pub use tracer::{Choice, Feature};
 pub use windows::{PhaseWindows, Window};

@@ -49,6 +49,8 @@ impl Recorded {
             frame: Frame::List { rays: rays.len() as u32 },
             ray_sets: vec![RayKind::Primary],
             raster: false,
+            normals: true,
+            forced: Vec::new(),
             accel,
             traversal: traversal.to_owned(),
             node_fetch: NodeFetch::Single,

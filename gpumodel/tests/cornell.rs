@@ -124,7 +124,7 @@ impl TileSource for Recorded<'_> {
 #[test]
 fn a_replay_does_not_care_where_its_tiles_come_from() {
     let traced = cornell(Traversal::BvhRestartTrail {
-        bits: tracer::bvh::restart_trail::TrailBits::Bits32,
+        bits: Some(tracer::bvh::restart_trail::TrailBits::Bits32),
         short_stack: 2,
     });
     let frame = traced.frame();

@@ -1,7 +1,7 @@
 //! From the model's estimate to a report.
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
-use crate::report::{Bound, Buffer, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};
+use crate::report::{Bound, Buffer, Forced, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};
 use gpumodel::{BufferEstimate, CounterSet, Estimate, Intervals};
 
 /// What a report says of the scene itself.
@@ -23,6 +23,7 @@ impl Report {
             .map(|entry| LeftOut { what: entry.what.to_string(), why: entry.why.to_string() });
         let SceneFacts { mut left_out, notes } = scene;
         left_out.extend(model);
+        let frame_s = estimate.stack.iter().map(|part| part.seconds).sum();
         Self {
             schema: SCHEMA,
             tool: tool.to_owned(),
@@ -53,6 +54,7 @@ impl Report {
             buffers: estimate.buffers.iter().map(buffer).collect(),
             assumptions: estimate.assumptions.clone(),
             notes,
+            forced: estimate.forced.iter().map(|cost| Forced::new(cost, frame_s)).collect(),
         }
     }
 }

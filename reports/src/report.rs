@@ -18,7 +18,7 @@ pub struct Report {
     pub tool: String,
     /// What was asked.
     pub inputs: Inputs,
-    /// What the scene or the technique needs and the figures do not contain.
+    /// What the figures do not contain: what is not needed, and what is not modelled.
     pub left_out: Vec<LeftOut>,
     /// What the answer cost to find.
     pub run: Run,
@@ -47,6 +47,9 @@ pub struct Report {
     /// What was missing, assumed or noticed when the scene was loaded, in sentences.
     #[serde(default)]
     pub notes: Vec<String>,
+    /// What was forced in or out against what the scene needs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub forced: Vec<Forced>,
 }
 
 /// What was asked.
@@ -111,6 +114,23 @@ pub struct LeftOut {
     pub what: String,
     /// Why, and how much it touches.
     pub why: String,
+}
+
+/// A feature that was forced in or out, and what it costs or saves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Forced {
+    /// Which.
+    pub what: String,
+    /// Which way: `in` or `out`.
+    pub choice: String,
+    /// Time of the frame that it takes, or about would take; none where one run does not tell.
+    pub frame_time_ms: Option<f64>,
+    /// Bytes that it takes, or would take, in buffers.
+    pub buffer_bytes: u64,
+    /// Bytes that it reads from memory; none where one run does not tell.
+    pub dram_read_bytes: Option<u64>,
+    /// The same in a sentence.
+    pub cost: String,
 }
 
 /// What the answer cost to find. The only part of a report that differs from run to run.

@@ -3,7 +3,7 @@
 //! the bounds, what was left out, what is an estimate, and what the run cost.
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
-use crate::report::{Bound, Buffer, Inputs, Report, Run, TimePart};
+use crate::report::{Bound, Buffer, Forced, Inputs, Report, Run, TimePart};
 use crate::units;
 use crate::vendor::{Formula, Profiler, VendorCounter, VendorInfo, VendorPass, VendorView};
 use gpumodel::COUNTERS;
@@ -47,6 +47,12 @@ pub fn write(report: &Report, style: Style) -> String {
     let left_out: Vec<String> =
         report.left_out.iter().map(|entry| format!("{}: {}", entry.what, entry.why)).collect();
     sentences(&mut out, "Left out of these figures", &left_out, style);
+    let forced: Vec<String> = report
+        .forced
+        .iter()
+        .map(|Forced { what, choice, cost, .. }| format!("{what}, forced {choice}: {cost}"))
+        .collect();
+    sentences(&mut out, "Forced against the needs of the scene", &forced, style);
     sentences(&mut out, "Estimates and assumptions", &report.assumptions, style);
     sentences(&mut out, "The scene", &report.notes, style);
     run(&mut out, &report.run, style);

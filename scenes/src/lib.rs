@@ -27,7 +27,7 @@ pub use glam::{Affine3A, Vec3};
 pub use light::{Light, RaySelection};
 pub use load::{FREE_EXPANSION, Geometry, MAX_EXPANSION, MAX_FILE_BYTES, load};
 pub use material::{Material, Reflection};
-pub use needs::{LeftOut, Needs};
+pub use needs::{Feature, LeftOut, Needs};
 pub use scene::{Note, Scene};
 
 /// Most triangles a scene may have after all instances are applied; a loader refuses more.

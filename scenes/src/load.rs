@@ -277,7 +277,7 @@ impl Geometry {
 }
 
 /// Above and behind the camera, a bounding radius away along its up vector.
-fn default_light(camera: &Camera, bounds: crate::Aabb) -> Light {
+pub(crate) fn default_light(camera: &Camera, bounds: crate::Aabb) -> Light {
     let (_, radius) = camera::bounding_sphere(bounds);
     let up = camera.up.as_dvec3() / f64::from(camera.up.abs().max_element());
     let up = up / up.dot(up).sqrt();

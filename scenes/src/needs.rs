@@ -1,14 +1,14 @@
-//! What a scene requires of a renderer, and what is left out when only its triangles are traced.
+//! What a scene requires of a renderer, and what a frame leaves out: what is not needed, and what is needed and not modelled.
 
 use crate::{Reflection, Scene};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a scene requires. Each flag follows from the scene's own data, never from its name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Needs {
     /// The scene carries shading normals.
     pub normals: bool,
-    /// The scene has at least one light.
+    /// The scene has at least one light, and asks for shadow rays.
     pub shadow_rays: bool,
     /// A triangle has a mirror or glass material.
     pub reflections: bool,
@@ -27,7 +27,7 @@ pub struct Needs {
 /// The counts behind the flags, for the sentences of [`Needs::left_out`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Evidence {
-    shadow_rays_wanted: bool,
+    lights: usize,
     triangles: u64,
     instances: usize,
     materials: usize,
@@ -37,7 +37,43 @@ struct Evidence {
     triangles_with_normals: u64,
 }
 
-/// One thing a scene requires that tracing its bare triangles does not do.
+/// What a frame has only where its scene needs it, unless it is forced in or out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Feature {
+    /// A pass of rays from hits to lights.
+    ShadowRays,
+    /// Shading normals in the records of triangles and vertices.
+    Normals,
+}
+
+impl Feature {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::ShadowRays, Self::Normals];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ShadowRays => "shadow-rays",
+            Self::Normals => "normals",
+        }
+    }
+
+    /// The feature of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|feature| feature.name() == name)
+    }
+
+    /// The entry of [`Needs::left_out`] that it belongs to.
+    pub fn what(self) -> &'static str {
+        match self {
+            Self::ShadowRays => "shadow_rays",
+            Self::Normals => "normals",
+        }
+    }
+}
+
+/// One thing that a frame of primary and shadow rays against triangles leaves out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
     /// The field of [`Needs`] it belongs to.
@@ -49,11 +85,8 @@ pub struct LeftOut {
 impl Needs {
     pub(crate) fn of(scene: &Scene) -> Needs {
         let mut used = vec![false; scene.materials.len()];
-        let mut e = Evidence {
-            shadow_rays_wanted: scene.rays.shadow,
-            instances: scene.instances.len(),
-            ..Evidence::default()
-        };
+        let mut e =
+            Evidence { lights: scene.lights.len(), instances: scene.instances.len(), ..Evidence::default() };
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh as usize];
             e.triangles += mesh.triangles.len() as u64;
@@ -72,7 +105,7 @@ impl Needs {
         let moved = scene.instances.iter().any(|i| i.transform != glam::Affine3A::IDENTITY);
         Needs {
             normals: e.triangles_with_normals > 0,
-            shadow_rays: !scene.lights.is_empty(),
+            shadow_rays: scene.rays.shadow && !scene.lights.is_empty(),
             reflections: e.reflective_triangles > 0,
             alpha_tests: e.alpha_tested_triangles > 0,
             instances: moved || e.instances > scene.meshes.len(),
@@ -82,65 +115,97 @@ impl Needs {
         }
     }
 
-    /// What tracing primary and shadow rays against the bare triangles leaves out of this scene.
-    ///
-    /// A caller that does model one of these drops the entry with that `what`.
+    /// Whether the scene needs `feature`.
+    pub fn has(&self, feature: Feature) -> bool {
+        match feature {
+            Feature::ShadowRays => self.shadow_rays,
+            Feature::Normals => self.normals,
+        }
+    }
+
+    /// What a frame of primary and shadow rays leaves out: in the order of the fields, what the scene does not need, and what it needs
+    /// and is not modelled.
     pub fn left_out(&self) -> Vec<LeftOut> {
         let e = &self.evidence;
         let all = e.triangles;
-        let entries = [
-            (
-                self.normals,
+        let not_modelled = |what, why: String| Some(LeftOut { what, why });
+        let not_needed = |what, why: &str| Some(LeftOut { what, why: format!("not needed: {why}") });
+        let normals = if self.normals {
+            let count = e.triangles_with_normals;
+            not_modelled(
                 "normals",
                 format!(
-                    "{} of {all} triangles have shading normals; the flat normal of the triangle is used",
-                    e.triangles_with_normals
+                    "{count} of {all} triangles have shading normals, whose bytes are counted; rays leave by the flat normal"
                 ),
-            ),
-            (
-                self.shadow_rays && !e.shadow_rays_wanted,
-                "shadow_rays",
-                "the scene has lights, but its file turns shadow rays off".to_owned(),
-            ),
-            (
-                self.reflections,
+            )
+        } else {
+            not_needed(
+                "normals",
+                "no triangle has shading normals; the shader makes the flat one from the vertices",
+            )
+        };
+        let shadow_rays = match (self.shadow_rays, e.lights) {
+            (true, _) => None,
+            (false, 0) => not_needed("shadow_rays", "the scene has no light"),
+            (false, _) => {
+                not_needed("shadow_rays", "the scene has lights, but its file turns shadow rays off")
+            }
+        };
+        let reflections = if self.reflections {
+            let count = e.reflective_triangles;
+            not_modelled(
                 "reflections",
                 format!(
-                    "{} of {all} triangles are mirror or glass; no reflected or refracted ray is traced",
-                    e.reflective_triangles
+                    "{count} of {all} triangles are mirror or glass; no reflected or refracted ray is traced"
                 ),
-            ),
-            (
-                self.alpha_tests,
+            )
+        } else {
+            let why = "no triangle is mirror or glass: no reflected ray, no screen-space march, no binning or sorting of rays";
+            not_needed("reflections", why)
+        };
+        let alpha_tests = if self.alpha_tests {
+            let count = e.alpha_tested_triangles;
+            not_modelled(
                 "alpha_tests",
                 format!(
-                    "{} of {all} triangles carry an alpha mask; images are not read, so these triangles count as opaque",
-                    e.alpha_tested_triangles
+                    "{count} of {all} triangles carry an alpha mask; images are not read, so these triangles count as opaque"
                 ),
-            ),
-            (
-                self.instances,
+            )
+        } else {
+            not_needed("alpha_tests", "no triangle carries an alpha mask: no any-hit shader")
+        };
+        let instances = if self.instances {
+            let count = e.instances;
+            not_modelled(
                 "instances",
-                format!("the {} instances are flattened into one list of {all} triangles", e.instances),
-            ),
-            (
-                self.textures,
+                format!("the {count} instances are flattened into one list of {all} triangles"),
+            )
+        } else {
+            not_needed("instances", "every mesh is placed once, as it is: no top-level structure")
+        };
+        let textures = if self.textures {
+            let count = e.textured_triangles;
+            not_modelled(
                 "textures",
                 format!(
-                    "{} of {all} triangles are textured; images are not read and texture traffic is not counted",
-                    e.textured_triangles
+                    "{count} of {all} triangles are textured; images are not read and texture traffic is not counted"
                 ),
-            ),
-            (
-                self.several_materials,
+            )
+        } else {
+            not_needed("textures", "no triangle is textured")
+        };
+        let several_materials = if self.several_materials {
+            let count = e.materials;
+            not_modelled(
                 "several_materials",
-                format!("the triangles use {} materials; all are shaded alike", e.materials),
-            ),
-        ];
-        entries
+                format!("the triangles use {count} materials; all are shaded alike"),
+            )
+        } else {
+            not_needed("several_materials", "all triangles use one material: hits are not sorted")
+        };
+        [normals, shadow_rays, reflections, alpha_tests, instances, textures, several_materials]
             .into_iter()
-            .filter(|(needed, ..)| *needed)
-            .map(|(_, what, why)| LeftOut { what, why })
+            .flatten()
             .collect()
     }
 }

@@ -1,5 +1,6 @@
 //! A whole scene: geometry, materials, camera, lights, rays, and what had to be assumed.
 
+use crate::load;
 use crate::{Aabb, Camera, Instance, Light, Material, Mesh, Needs, RaySelection, Triangle};
 use glam::Vec3;
 use serde::Serialize;
@@ -60,6 +61,11 @@ impl Scene {
     /// What the scene requires of a renderer.
     pub fn needs(&self) -> Needs {
         Needs::of(self)
+    }
+
+    /// The light that a scene without one is given: above and behind the camera.
+    pub fn default_light(&self) -> Light {
+        load::default_light(&self.camera, self.bounds())
     }
 
     /// All triangles in world space, instance after instance, each in file order.

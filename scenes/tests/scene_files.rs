@@ -32,7 +32,9 @@ fn everything_a_scene_file_says_is_used() {
     assert!(scene.rays.primary && !scene.rays.shadow);
     assert_eq!(scene.name, "view");
     assert!(!scene.notes.iter().any(|n| n.text().contains("camera") || n.text().contains("light")));
-    assert!(scene.needs().left_out().iter().any(|l| l.what == "shadow_rays"));
+    assert!(!scene.needs().shadow_rays);
+    let why = scene.needs().left_out().into_iter().find(|l| l.what == "shadow_rays").unwrap().why;
+    assert!(why.contains("its file turns shadow rays off"), "{why}");
 }
 
 #[test]
@@ -52,6 +54,8 @@ fn an_empty_list_of_lights_means_no_light() {
     let (_folder, path) = common::file("dark.toml", b"geometry = \"cornell\"\nlights = []\n");
     let scene = load(&path).unwrap();
     assert!(scene.lights.is_empty() && !scene.needs().shadow_rays);
+    let why = scene.needs().left_out().into_iter().find(|l| l.what == "shadow_rays").unwrap().why;
+    assert_eq!(why, "not needed: the scene has no light");
 }
 
 #[test]

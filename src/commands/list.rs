@@ -86,14 +86,14 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                 .collect(),
         ),
         Listed::Layouts => table(
-            &["layout", "bytes per triangle", "bytes per triangle in a second buffer, for shading"],
+            &["layout", "bytes per triangle with normals", "of these in a second buffer, for shading"],
             PrimitiveLayout::ALL
                 .into_iter()
                 .map(|layout| {
                     vec![
                         text(layout.name()),
-                        layout.vertex_record_bytes().to_string(),
-                        layout.normal_record_bytes().to_string(),
+                        layout.records().bytes().to_string(),
+                        layout.records().normal_bytes.to_string(),
                     ]
                 })
                 .collect(),

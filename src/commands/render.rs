@@ -11,9 +11,10 @@ use crate::meter::timed;
 use crate::output::OutputFile;
 use crate::progress::Progress;
 use crate::settings::{FrameSettings, start_threads};
+use anyhow::bail;
 use rayon::prelude::*;
 use reports::image::{self, Rgb};
-use scenes::{Scene, Vec3};
+use scenes::{Feature, Scene, Vec3};
 use tracer::{Query, RayOffset, Silent, View};
 
 /// Light that reaches every surface, so that shadows keep their shapes.
@@ -21,6 +22,9 @@ const AMBIENT: f32 = 0.1;
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
+    if settings.features.choice(Feature::Normals).is_some() {
+        bail!("--force and --leave-out normals: a picture is shaded by the flat normal; leave them out");
+    }
     start_threads(args.run.threads)?;
     let out = OutputFile::create(&args.out)?;
     let scene = LoadedScene::load(&args.scene)?;

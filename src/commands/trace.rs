@@ -8,15 +8,22 @@ use crate::meter::timed;
 use crate::output::{OutputFile, check_writable};
 use crate::progress::Progress;
 use crate::settings::{FrameSettings, start_threads};
+use anyhow::bail;
 use rayon::prelude::*;
+use scenes::Feature;
 use std::io::Write;
-use tracer::{EncodedTile, FrameTracer, Hit, Tile, TileSource, TraceWriter};
+use tracer::{Choice, EncodedTile, FrameTracer, Hit, Tile, TileSource, TraceWriter};
 
 /// Tiles that are traced together, for each thread: enough to even out their cost, few enough to hold in memory.
 const TILES_PER_THREAD: u32 = 16;
 
 pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
+    if args.rays.is_some() && settings.features.choice(Feature::ShadowRays) == Some(Choice::In) {
+        bail!(
+            "--force shadow-rays: the rays of --rays are traced for their closest hits alone; leave out one of them"
+        );
+    }
     start_threads(args.run.threads)?;
     let rays = args.rays.as_deref().map(tracer::read_rays).transpose()?;
     let out = check_writable(&args.out)?;

@@ -14,6 +14,7 @@ use crate::vary::traversal_name;
 use anyhow::{anyhow, bail};
 use gpumodel::{Estimate, Fidelity, Maps, Value};
 use reports::accuracy::{Figures, Point};
+use scenes::Feature;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use tracer::{TileSource, TraceFile, Traversal};
@@ -42,6 +43,8 @@ impl Walk {
             accel: Some(traversal.accel().name().to_owned()),
             traversal: Some(traversal.name().to_owned()),
             size: Some(size.to_owned()),
+            // Records as published; without normals all layouts would be alike.
+            force: vec![Feature::Normals.name().to_owned()],
             ..FrameArgs::default()
         })?;
         Ok(Self { name: name.to_owned(), settings })

@@ -3,6 +3,7 @@
 use crate::args::{FrameArgs, MachineArgs};
 use anyhow::bail;
 use reports::claims::Setup;
+use scenes::Feature;
 
 /// What a setup traces: setups of one plan share a trace.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,7 +49,7 @@ impl TracePlan {
         }
     }
 
-    /// As the command line would say it.
+    /// As the command line would say it. The paper's triangles have normals in every scene.
     pub(super) fn frame_args(&self, [width, height]: [u32; 2]) -> anyhow::Result<FrameArgs> {
         let (accel, traversal) = self.traversal.split_once(' ').unwrap_or((&self.traversal, "dda"));
         let is_trail = traversal == "restart-trail";
@@ -62,6 +63,7 @@ impl TracePlan {
             ci: of_tree.then(|| number(&self.ci)).transpose()?,
             short_stack: is_trail.then(|| self.short_stack.parse()).transpose()?,
             trail_bits: is_trail.then(|| self.trail_bits.clone()),
+            force: vec![Feature::Normals.name().to_owned()],
             ..FrameArgs::default()
         })
     }

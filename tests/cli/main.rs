@@ -7,6 +7,7 @@ mod compare;
 mod determinism;
 mod machine;
 mod miss_trace;
+mod needs;
 mod outputs;
 mod render;
 mod results;

@@ -45,8 +45,8 @@ pub enum Traversal {
     BvhParentLink,
     /// BVH, restart trail with a short stack of 0 to [`MAX_SHORT_STACK`] entries.
     BvhRestartTrail {
-        /// Width of the trail.
-        bits: TrailBits,
+        /// Width of the trail; `None` for the narrowest that the tree's depth allows.
+        bits: Option<TrailBits>,
         /// Entries of the short stack.
         short_stack: u32,
     },
@@ -81,7 +81,7 @@ impl Traversal {
     pub const ALL: [Traversal; 8] = [
         Traversal::BvhStack,
         Traversal::BvhParentLink,
-        Traversal::BvhRestartTrail { bits: TrailBits::Bits64, short_stack: 0 },
+        Traversal::BvhRestartTrail { bits: None, short_stack: 0 },
         Traversal::KdStack,
         Traversal::KdRestart,
         Traversal::KdPushDown { short_stack: 0 },
@@ -276,6 +276,14 @@ impl AccelerationStructure {
     /// The traversal.
     pub fn traversal(&self) -> Traversal {
         self.traversal
+    }
+
+    /// Width of the restart trail, if the traversal has one.
+    pub fn trail_bits(&self) -> Option<TrailBits> {
+        match self.traversal {
+            Traversal::BvhRestartTrail { bits, .. } => Some(bits.unwrap_or(TrailBits::fitting(self.depth()))),
+            _ => None,
+        }
     }
 
     /// Traces one ray.

@@ -30,10 +30,11 @@ pub use observe::{LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCoun
 pub use raster::{Raster, RasterTile, TileDraw};
 pub use ray::{Hit, NO_HIT, Query, Ray};
 pub use ray_file::{RAY_BYTES, read_rays};
+pub use scenes::Feature;
 pub use topology::{Topology, TopologyNode};
 pub use trace::{
-    Frame, MAX_TILE_STEPS, Omission, RayKind, RaySet, Recorder, SceneRemarks, Step, TILE_EDGE, TILE_RAYS,
-    Tile, TileOutline, TileRect, TileSource, TraceHeader,
+    Choice, Forced, Frame, MAX_TILE_STEPS, Omission, RayKind, RaySet, Recorder, SceneRemarks, Step,
+    TILE_EDGE, TILE_RAYS, Tile, TileOutline, TileRect, TileSource, TraceHeader,
 };
 pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};

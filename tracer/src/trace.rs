@@ -1,12 +1,12 @@
 //! A trace: what every ray of a frame visited, tile by tile.
 
-use crate::accel::{Accel, Traversal};
-use crate::bvh::restart_trail::TrailBits;
+use crate::accel::Accel;
 use crate::error::Error;
 use crate::observe::{LoopStructure, NodeFetch, Observer, Op};
 use crate::raster::TileDraw;
 use crate::ray::NO_HIT;
 use crate::topology::Topology;
+use scenes::Feature;
 use serde::{Deserialize, Serialize};
 
 /// Edge of an image tile in pixels, and the square root of the rays in a tile of a list: a multiple of every warp's tile.
@@ -242,6 +242,34 @@ pub struct Omission {
     pub why: String,
 }
 
+/// A feature that a frame has although its scene does not need it, or does not have although its scene does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Forced {
+    /// Which.
+    pub feature: Feature,
+    /// Which way.
+    pub choice: Choice,
+}
+
+/// Whether a frame has a feature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Choice {
+    /// It does.
+    In,
+    /// It does not.
+    Out,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_yes(flag: &bool) -> bool {
+    *flag
+}
+
 /// What a trace is a trace of, and how its steps are to be read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -261,6 +289,12 @@ pub struct TraceHeader {
     /// Whether tiles list the triangles that a rasteriser draws; never for a list of rays.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub raster: bool,
+    /// Whether shading reads normals of triangles; without them a hit has the flat normal of its vertices.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub normals: bool,
+    /// What was forced in or out, against what the scene needs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub forced: Vec<Forced>,
     /// Structure.
     pub accel: Accel,
     /// Traversal, by name.
@@ -282,17 +316,6 @@ pub struct TraceHeader {
     /// What a report should say of the scene.
     #[serde(default)]
     pub remarks: SceneRemarks,
-}
-
-impl TraceHeader {
-    /// Bits of the trail of a traversal.
-    pub(crate) fn trail_bits(traversal: Traversal) -> Option<u32> {
-        match traversal {
-            Traversal::BvhRestartTrail { bits: TrailBits::Bits32, .. } => Some(32),
-            Traversal::BvhRestartTrail { bits: TrailBits::Bits64, .. } => Some(64),
-            _ => None,
-        }
-    }
 }
 
 /// Where tiles come from: a traversal at work, or a file. Tiles can be asked for in any order, from any thread.

@@ -1,12 +1,13 @@
 //! Tracing a frame on the fly, as a source of tiles.
 
 use crate::accel::{AccelerationStructure, BuildOptions};
+use crate::bvh::restart_trail::TrailBits;
 use crate::error::Error;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::trace::{
-    Frame, RayKind, Recorder, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader,
+    Forced, Frame, RayKind, Recorder, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader,
 };
 use crate::view::{RayOffset, View};
 use glam::Vec3;
@@ -89,6 +90,8 @@ impl<'a> FrameTracer<'a> {
             frame: rays.frame(),
             ray_sets,
             raster: false,
+            normals: true,
+            forced: Vec::new(),
             accel: traversal.accel(),
             traversal: traversal.name().to_owned(),
             node_fetch: traversal.node_fetch(),
@@ -98,7 +101,7 @@ impl<'a> FrameTracer<'a> {
                 _ => 0,
             },
             short_stack: traversal.short_stack(),
-            trail_bits: TraceHeader::trail_bits(traversal),
+            trail_bits: structure.trail_bits().map(TrailBits::count),
             sah_costs: [options.traversal_cost, options.intersection_cost],
             depth: structure.depth(),
             remarks: SceneRemarks::default(),
@@ -114,6 +117,20 @@ impl<'a> FrameTracer<'a> {
     pub fn with_raster(mut self) -> Self {
         self.raster = self.rays.raster(self.triangles);
         self.header.raster = self.raster.is_some();
+        self
+    }
+
+    /// The same tracer of a frame that shades without normals of triangles.
+    #[must_use]
+    pub fn without_normals(mut self) -> Self {
+        self.header.normals = false;
+        self
+    }
+
+    /// The same tracer, its header saying what was forced.
+    #[must_use]
+    pub fn with_forced(mut self, forced: Vec<Forced>) -> Self {
+        self.header.forced = forced;
         self
     }
 

@@ -1,6 +1,7 @@
 //! A structure of any kind over triangles that are prepared for one test.
 
 use crate::accel::{BuildOptions, LeafCounts, Traversal};
+use crate::bvh::restart_trail::TrailBits;
 use crate::bvh::{self, Bvh, BvhOptions};
 use crate::error::Error;
 use crate::grid::{self, Grid};
@@ -34,7 +35,7 @@ impl<P: RayTriangle> Tree<P> {
         kd.traversal_cost = traversal_cost;
         kd.intersection_cost = intersection_cost;
         let max_depth = match traversal {
-            Traversal::BvhRestartTrail { bits, .. } => bits.max_depth(),
+            Traversal::BvhRestartTrail { bits: Some(bits), .. } => bits.max_depth(),
             _ => BvhOptions::MAX_DEPTH,
         };
         let bvh = || Bvh::build_for(triangles, &BvhOptions { traversal_cost, intersection_cost, max_depth });
@@ -70,6 +71,7 @@ impl<P: RayTriangle> Tree<P> {
     ) -> Hit {
         match (self, traversal) {
             (Self::Bvh(bvh), Traversal::BvhRestartTrail { bits, short_stack }) => {
+                let bits = bits.unwrap_or(TrailBits::fitting(bvh.depth));
                 bvh::restart_trail::trace(bvh, bits, short_stack, ray, query, observer)
             }
             (Self::Bvh(bvh), _) => bvh::stack::trace(bvh, ray, query, observer),

@@ -7,7 +7,8 @@ use tracer::bvh::restart_trail::{MAX_SHORT_STACK, TrailBits};
 use tracer::bvh::{self, Bvh, BvhNodeKind, BvhOptions};
 use tracer::grid::{Grid, dda};
 use tracer::{
-    Hit, NodeFetch, Observer, Op, PreparedTriangle, Query, Ray, Silent, SlabRay, Work, WorkCounter,
+    AccelerationStructure, BuildOptions, Hit, NodeFetch, Observer, Op, PreparedTriangle, Query, Ray, Silent,
+    SlabRay, Traversal, Work, WorkCounter,
 };
 
 fn brute_force(triangles: &[Triangle], ray: &Ray) -> Hit {
@@ -214,6 +215,31 @@ fn nested(count: i32) -> Vec<Triangle> {
             Triangle { v: [Vec3::new(s, 0.0, 0.0), Vec3::new(s, s, 0.0), Vec3::new(s, 0.0, s)] }
         })
         .collect()
+}
+
+#[test]
+fn the_narrowest_trail_is_taken_that_the_depth_allows_and_changes_no_step() {
+    assert_eq!(TrailBits::fitting(31), TrailBits::Bits32);
+    assert_eq!(TrailBits::fitting(32), TrailBits::Bits64);
+    for (nesting, expected) in [(20, TrailBits::Bits32), (100, TrailBits::Bits64)] {
+        let triangles = nested(nesting);
+        let options = BuildOptions { traversal_cost: 0.0, ..BuildOptions::default() };
+        let [fitting, wide] = [None, Some(TrailBits::Bits64)].map(|bits| {
+            let traversal = Traversal::BvhRestartTrail { bits, short_stack: 0 };
+            AccelerationStructure::build(&triangles, traversal, &options).expect("valid")
+        });
+        assert_eq!(fitting.trail_bits(), Some(expected), "{} levels", fitting.depth());
+        assert_eq!(wide.trail_bits(), Some(TrailBits::Bits64));
+        for i in 0..nesting {
+            let y = 0.2 * nested_edge(i);
+            let ray = Ray::new(Vec3::new(-1.0, y, y), Vec3::X);
+            let [ours, theirs] = [&fitting, &wide].map(|structure| {
+                let mut steps = Steps::default();
+                (structure.trace(&ray, Query::Closest, &mut steps), steps.0)
+            });
+            assert_eq!(ours, theirs);
+        }
+    }
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub struct Technique {
 /// Rasterisation of the geometry into normal and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Raster {
-    /// Bytes from vertex to vertex; three vertices per triangle.
+    /// Bytes from vertex to vertex, normals among them; three vertices per triangle.
     pub vertex_bytes: u32,
     /// Where normal and depth are between the passes.
     pub attachments: Attachments,
@@ -211,6 +211,11 @@ impl Technique {
 }
 
 impl Raster {
+    /// Bytes from vertex to vertex where vertices have normals, or where those are left out.
+    pub(crate) fn vertex_stride(&self, normals: bool) -> u32 {
+        if normals { self.vertex_bytes } else { self.vertex_bytes - VECTOR_BYTES }
+    }
+
     /// Names of the attachments that go through DRAM.
     pub fn attachments_in_memory(&self) -> &'static [&'static str] {
         match self.attachments {

@@ -168,11 +168,11 @@ counters! {
     pub struct TrafficCounters {
         /// Node records.
         pub node: BufferTraffic,
-        /// Triangles, for intersection.
+        /// Triangles, for intersection, and for shading unless normals are apart.
         pub primitive: BufferTraffic,
         /// Index lists of a kd-tree's leaves.
         pub index: BufferTraffic,
-        /// Triangles, for shading.
+        /// Normals in a buffer of their own.
         pub normal: BufferTraffic,
         /// Stacks in memory.
         pub stack: BufferTraffic,

@@ -2,11 +2,13 @@
 
 mod bounds;
 mod contention;
+mod forced;
 mod in_flight;
 mod time;
 mod values;
 
 pub use bounds::Bound;
+pub use forced::ForcedCost;
 pub use time::StackPart;
 
 use crate::config::{Attachments, Gpu, Stage};
@@ -17,7 +19,7 @@ use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;
 use bounds::Demand;
 use time::{PHASES, PhaseTime, Record, add};
-use tracer::{LoopStructure, Topology, TraceHeader};
+use tracer::{LoopStructure, RayKind, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
 /// What a frame costs.
@@ -35,12 +37,14 @@ pub struct Estimate {
     pub bounds: Vec<Bound>,
     /// The resource that decides the longest of the frame's phases.
     pub deciding_bound: &'static str,
-    /// What each kind of buffer takes and moves; those that the frame does not have are left out.
+    /// What each kind of buffer takes and moves; those that the frame does not touch are left out.
     pub buffers: Vec<BufferEstimate>,
     /// What was assumed, in sentences.
     pub assumptions: Vec<String>,
-    /// What was not modelled.
+    /// What was not modelled, or not needed.
     pub left_out: Vec<LeftOut>,
+    /// What was forced in or out, and what it costs or saves.
+    pub forced: Vec<ForcedCost>,
 }
 
 /// What the buffers of one kind take and move, in the whole frame.
@@ -96,7 +100,6 @@ pub fn estimate(
     config: &ReplayConfig,
 ) -> Result<Estimate, Error> {
     let counters = &replayed.counters;
-    let in_use = config.technique.passes();
     let mut demands =
         Pass::ALL.map(|pass| Demand::of(pass, counters.pass(pass), replayed.resident_warps, &config.gpu));
     demands[Pass::Output as usize].add_flush(&counters.flush, &config.gpu);
@@ -134,16 +137,33 @@ pub fn estimate(
     };
     Ok(Estimate {
         frame: total.set(),
-        passes: in_use.into_iter().map(of_pass).collect(),
+        passes: passes(replayed, header, config).into_iter().map(of_pass).collect(),
         deciding_bound: longest.1,
         buffers: buffers(replayed, config),
         assumptions: assumptions(replayed, header, config),
-        left_out: left_out(config),
+        left_out: left_out(replayed, config),
+        forced: forced::costs(&frame, &seconds),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
         stack,
         residual,
         bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
     })
+}
+
+/// Of the technique's passes, those that this frame has.
+fn passes(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> Vec<Pass> {
+    let mut passes = config.technique.passes();
+    passes.retain(|pass| match pass {
+        Pass::Binning => bins(replayed),
+        Pass::Shadow => header.ray_sets.contains(&RayKind::Shadow),
+        Pass::Geometry | Pass::Primary | Pass::Output | Pass::Present => true,
+    });
+    passes
+}
+
+/// Whether the frame is larger than one bin.
+fn bins(replayed: &Replayed) -> bool {
+    replayed.counters.pass(Pass::Binning).issue.vertices > 0
 }
 
 /// Seconds under contention of a phase that is one pass; where it touches no memory, its longest bound.
@@ -184,8 +204,11 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
         of("vertices", bytes.vertex, vertex, &paths.vertex),
         of("images", bytes.image, image, &paths.texture),
     ];
-    all.into_iter().filter(|buffer| buffer.bytes > 0 || buffer.line_accesses > 0).collect()
+    all.into_iter().filter(|buffer| buffer.line_accesses > 0).collect()
 }
+
+/// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.
+const COMPILED_TRAIL_BITS: u32 = 32;
 
 /// Of a phase that does nothing.
 const NO_BOUND: &str = "none";
@@ -225,7 +248,7 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
             replayed.resident_warps, gpu.cores.warp_width
         ),
     ];
-    sentences.extend(technique_assumptions(config));
+    sentences.extend(technique_assumptions(header, config));
     match config.node_records {
         NodeRecords::Packed => {}
         NodeRecords::Padded => {
@@ -251,10 +274,28 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
     if header.short_stack > 0 {
         sentences.push(format!("The short stack of {} entries is in registers.", header.short_stack));
     }
+    if header.trail_bits.is_some_and(|bits| bits > COMPILED_TRAIL_BITS) {
+        sentences.push(format!(
+            "The built-in operation counts and registers are those of a trail of {COMPILED_TRAIL_BITS} bits, the only one that was compiled: \
+             a longer one costs more."
+        ));
+    }
+    if !header.normals {
+        sentences.push(
+            "Triangles have no normals, so records of all layouts are 48 bytes; shading reads their vertices and is charged as with normals, \
+             since no shader of it was compiled."
+                .to_owned(),
+        );
+    }
+    if !header.ray_sets.contains(&RayKind::Shadow) {
+        sentences.push(
+            "The built-in register counts are those of a shader that also traces shadow rays; none without was compiled.".to_owned(),
+        );
+    }
     sentences
 }
 
-fn technique_assumptions(config: &ReplayConfig) -> Vec<String> {
+fn technique_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
     let mut sentences = Vec::new();
     let estimates = config.technique.estimates();
     if !estimates.is_empty() {
@@ -275,7 +316,7 @@ fn technique_assumptions(config: &ReplayConfig) -> Vec<String> {
         sentences.push(format!(
             "The geometry is drawn without back-face culling, as three vertices of {} bytes per triangle: positions once for binning, all \
              again for every bin that a triangle touches; early depth test in file order.",
-            raster.vertex_bytes
+            raster.vertex_stride(header.normals)
         ));
         sentences.push(
             "All bins are rasterised before the first shadow ray; the GPU goes bin by bin, which moves the same bytes.".to_owned(),
@@ -292,7 +333,7 @@ fn technique_assumptions(config: &ReplayConfig) -> Vec<String> {
     sentences
 }
 
-fn left_out(config: &ReplayConfig) -> Vec<LeftOut> {
+fn left_out(replayed: &Replayed, config: &ReplayConfig) -> Vec<LeftOut> {
     let mut entries = vec![
         ("energy", "no energy table is applied"),
         ("building the tree", "it is taken to be built before the frame"),
@@ -306,6 +347,9 @@ fn left_out(config: &ReplayConfig) -> Vec<LeftOut> {
             "low-resolution depth of the binning pass",
             "hidden triangles could be dropped earlier than by the early depth test",
         ));
+        if !bins(replayed) {
+            entries.push(("binning", "not needed: the frame fits into one bin"));
+        }
     }
     entries.into_iter().map(|(what, why)| LeftOut { what: what.to_owned(), why: why.to_owned() }).collect()
 }

@@ -3,7 +3,7 @@
 //! | buffer | records | found by |
 //! |---|---|---|
 //! | node | [`NodeLayout`] | node, through its [`NodeOrder`](super::NodeOrder) |
-//! | primitive, normal | [`PrimitiveLayout`](super::PrimitiveLayout) | [`PrimitiveOrder`] |
+//! | primitive, normal (only where normals are apart) | [`TriangleRecords`] | [`PrimitiveOrder`] |
 //! | index (only where triangles are indexed) | u32 triangle per reference | position in the leaves |
 //! | stack (only where it is in memory) | 8 bytes per entry | resident warp, entry, lane: lanes lie side by side |
 //! | vertex (only for rasterisation) | three vertices per triangle, no index list | triangle in file order |
@@ -11,14 +11,17 @@
 
 use super::VEC4_BYTES;
 use super::node::NodeLayout;
+use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
 use super::tree::{TreeBuffers, node_places};
-use crate::config::Technique;
+use crate::config::{Technique, VECTOR_BYTES};
 use crate::error::Error;
 use crate::replay::ReplayConfig;
 use cachesim::LineSize;
-use tracer::{TILE_RAYS, TileSource};
+use tracer::{TILE_RAYS, TileSource, Topology, TraceHeader};
 
+/// Vertices of a triangle without an index list.
+pub(crate) const CORNERS: u64 = 3;
 /// Bytes of a stack entry: a node and a distance.
 pub(crate) const STACK_ENTRY_BYTES: u32 = 8;
 /// Bytes of a pixel of an image or attachment.
@@ -59,7 +62,7 @@ impl BufferKind {
 pub struct BufferBytes {
     /// Node records.
     pub node: u64,
-    /// Triangles for intersection, with their normals unless those are apart.
+    /// Triangles for intersection, with their normals unless those are apart or left out.
     pub primitive: u64,
     /// Index lists of leaves.
     pub index: u64,
@@ -97,6 +100,25 @@ impl Reads {
     }
 }
 
+fn order(header: &TraceHeader, config: &ReplayConfig) -> PrimitiveOrder {
+    config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel))
+}
+
+/// Records of triangles.
+fn records(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
+    match order(header, config) {
+        PrimitiveOrder::Leaf => topology.references.len() as u64,
+        PrimitiveOrder::Indexed => u64::from(topology.triangles),
+    }
+}
+
+/// Bytes that normals take in the records of triangles and vertices, or would take where they are left out.
+pub(crate) fn normal_bytes(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
+    let of_record = config.primitive_layout.records().bytes() - TriangleRecords::WITHOUT_NORMALS.bytes();
+    let of_vertices = config.technique.raster.map_or(0, |_| CORNERS * u64::from(VECTOR_BYTES));
+    records(header, topology, config) * u64::from(of_record) + u64::from(topology.triangles) * of_vertices
+}
+
 /// What the cores add to the addresses of a stream: where private memory lies, and where tile memory goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Places {
@@ -115,9 +137,13 @@ pub(crate) struct Buffers {
     pub(crate) structure_bytes: u64,
     /// Bytes that each buffer takes.
     pub(crate) sizes: BufferBytes,
+    /// Bytes from vertex to vertex of what is rasterised; 0 where nothing is.
+    pub(crate) vertex_stride: u32,
     pub(crate) tree: TreeBuffers,
     pub(crate) intersection_reads: Reads,
     pub(crate) shading_reads: Reads,
+    /// Where shading reads.
+    pub(crate) shading_kind: BufferKind,
     /// First line of the stacks.
     pub(crate) stack_base_line: u32,
     /// Lines of the stacks of one resident warp.
@@ -166,11 +192,11 @@ impl Buffers {
         topology.validate().map_err(|problem| fail(problem, "record the trace again"))?;
         let (node_bytes, node_stride) = config.node_records.bytes(header, &NodeLayout::of(header)?)?;
         let (places, node_count) = node_places(config, topology);
-        let primitive = config.primitive_layout;
-        let order = config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel));
-        let leaf_order = order == PrimitiveOrder::Leaf;
+        let primitive =
+            if header.normals { config.primitive_layout.records() } else { TriangleRecords::WITHOUT_NORMALS };
+        let leaf_order = order(header, config) == PrimitiveOrder::Leaf;
         let references = topology.references.len() as u64;
-        let records = if leaf_order { references } else { u64::from(topology.triangles) };
+        let records = records(header, topology, config);
 
         let mut next = 0_u64;
         let mut place = |bytes: u64| {
@@ -180,9 +206,9 @@ impl Buffers {
         };
         let structure_bytes = node_count * u64::from(node_stride);
         let node_base = place(structure_bytes);
-        let vertex_base = place(records * u64::from(primitive.vertex_record_bytes()));
-        let split = primitive.normal_record_bytes() > 0;
-        let normal_base = place(records * u64::from(primitive.normal_record_bytes()));
+        let vertex_base = place(records * u64::from(primitive.vertex_bytes));
+        let split = primitive.normal_bytes > 0;
+        let normal_base = place(records * u64::from(primitive.normal_bytes));
         let index_bytes = if leaf_order { 0 } else { references * 4 };
         let index_base = (!leaf_order).then(|| place(index_bytes));
         let stack_entries = header.stack_entries;
@@ -191,7 +217,8 @@ impl Buffers {
         let stack_stride = stack_bytes.next_multiple_of(private_line.bytes());
         let stack_base = place(stack_stride * u64::from(warps));
         let Technique { raster, present, .. } = &config.technique;
-        let triangle_bytes = raster.as_ref().map_or(0, |raster| u64::from(raster.vertex_bytes) * 3);
+        let vertex_stride = raster.map_or(0, |raster| raster.vertex_stride(header.normals));
+        let triangle_bytes = CORNERS * u64::from(vertex_stride);
         let raster_base = place(triangle_bytes * u64::from(topology.triangles));
         let pixels = u64::from(header.frame.tiles()) * u64::from(TILE_RAYS);
         let image_bytes = pixels * PIXEL_BYTES;
@@ -200,9 +227,9 @@ impl Buffers {
         let image_base = place(images);
         let sizes = BufferBytes {
             node: structure_bytes,
-            primitive: records * u64::from(primitive.vertex_record_bytes()),
+            primitive: records * u64::from(primitive.vertex_bytes),
             index: index_bytes,
-            normal: records * u64::from(primitive.normal_record_bytes()),
+            normal: records * u64::from(primitive.normal_bytes),
             stack: stack_stride * u64::from(warps),
             vertex: triangle_bytes * u64::from(topology.triangles),
             image: images,
@@ -239,17 +266,21 @@ impl Buffers {
             (topology.references.clone(), Vec::new())
         };
 
-        let stride = primitive.vertex_record_bytes();
-        let shading = primitive.shading_bytes();
-        let (shading_base, shading_stride) =
-            if split { (normal_base, primitive.normal_record_bytes()) } else { (vertex_base, stride) };
-        let intersection = primitive.intersection_bytes();
+        let TriangleRecords { vertex_bytes: stride, normal_bytes, shading } = primitive;
+        let (shading_kind, shading_base, shading_stride) = if split {
+            (BufferKind::Normal, normal_base, normal_bytes)
+        } else {
+            (BufferKind::Primitive, vertex_base, stride)
+        };
+        let intersection = TriangleRecords::INTERSECTION;
         Ok(Self {
             structure_bytes,
             sizes,
+            vertex_stride,
             tree,
             intersection_reads: Reads::new(intersection.len() as u32, stride, line),
             shading_reads: Reads::new(shading.len() as u32, shading_stride, line),
+            shading_kind,
             stack_base_line: (stack_base >> private_line.log2()) as u32,
             stack_stride_lines: (stack_stride >> private_line.log2()) as u32,
             positions: references as u32,
@@ -408,6 +439,25 @@ mod tests {
             let triangles = (0..512).map(|triangle| vec![buffers.shading(triangle).unwrap()]);
             let mean = mean_lines(buffers.shading_reads, buffers.tree.line_shift, triangles);
             assert_eq!(mean, expected, "{layout:?}");
+        }
+    }
+
+    #[test]
+    fn without_normals_all_layouts_are_the_vertices_that_intersections_read() {
+        for layout in PrimitiveLayout::ALL {
+            let mut source = Recorded::list(Accel::Bvh, "stack", 1024, &[]);
+            source.header.normals = false;
+            let config = ReplayConfig { primitive_layout: layout, ..config(gpu(&[])) };
+            let line = LineSize::new(64).expect("a power of two");
+            let buffers = Buffers::new(&source, &config, 1, line, line).expect("the mock is valid");
+            let BufferBytes { primitive, normal, .. } = buffers.sizes;
+            assert_eq!((primitive, normal), (1024 * 48, 0), "{layout:?}");
+            let in_normals = normal_bytes(&source.header, &source.topology, &config);
+            assert_eq!(in_normals, 1024 * u64::from(layout.records().bytes() - 48), "{layout:?}");
+            assert_eq!(buffers.shading_kind, BufferKind::Primitive);
+            assert_eq!(buffers.shading_reads, buffers.intersection_reads);
+            // The mock's leaves hold the triangles in file order.
+            assert!((0..1024).all(|triangle| buffers.shading(triangle) == buffers.intersection(triangle)));
         }
     }
 

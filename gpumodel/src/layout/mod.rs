@@ -8,10 +8,12 @@ mod records;
 mod tree;
 
 pub use buffers::BufferBytes;
-pub(crate) use buffers::{BufferKind, Buffers, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES};
+pub(crate) use buffers::{
+    BufferKind, Buffers, CORNERS, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES, normal_bytes,
+};
 pub use node::{Field, NodeLayout};
 pub use order::NodeOrder;
-pub use primitive::PrimitiveLayout;
+pub use primitive::{PrimitiveLayout, TriangleRecords};
 pub use records::{NodeRecords, PrimitiveOrder};
 
 /// Bytes of the widest load of one lane, four 32-bit words: records are read in these, and addresses count them.

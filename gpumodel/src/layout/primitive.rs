@@ -6,6 +6,8 @@
 //! | compact | `v0 n0.x v1 n0.y v2 n0.z n1 p n2 p` | 80 | bytes 0 to 48 | bytes 0 to 80 |
 //! | split | `v0 p v1 p v2 p`, and in a second buffer `n0 p n1 p n2 p` | 48 + 48 | the first | the second |
 //!
+//! Where normals are left out, all three are `v0 p v1 p v2 p`, 48 bytes, which both read.
+//!
 //! That a triangle has three normals of its own is our reading of "the first normal is stored in the paddings".
 
 use std::ops::Range;
@@ -40,34 +42,36 @@ impl PrimitiveLayout {
         Self::ALL.into_iter().find(|layout| layout.name() == name)
     }
 
-    /// Bytes of a record in the buffer that intersections read.
-    pub fn vertex_record_bytes(self) -> u32 {
+    /// Its records.
+    pub fn records(self) -> TriangleRecords {
         match self {
-            Self::Padded => 96,
-            Self::Compact => 80,
-            Self::Split => 48,
+            Self::Padded => TriangleRecords { vertex_bytes: 96, normal_bytes: 0, shading: 48..96 },
+            Self::Compact => TriangleRecords { vertex_bytes: 80, normal_bytes: 0, shading: 0..80 },
+            Self::Split => TriangleRecords { vertex_bytes: 48, normal_bytes: 48, shading: 0..48 },
         }
     }
+}
 
-    /// Bytes of a record in the second buffer; 0 without one.
-    pub fn normal_record_bytes(self) -> u32 {
-        match self {
-            Self::Padded | Self::Compact => 0,
-            Self::Split => 48,
-        }
-    }
+/// The records of a triangle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TriangleRecords {
+    /// Bytes of its record in the buffer that intersections read.
+    pub vertex_bytes: u32,
+    /// Bytes of its record in the second buffer; 0 without one.
+    pub normal_bytes: u32,
+    /// Bytes that shading reads: of the second buffer where there is one.
+    pub shading: Range<u32>,
+}
 
-    /// Bytes of its record that an intersection reads.
-    pub fn intersection_bytes(self) -> Range<u32> {
-        0..48
-    }
+impl TriangleRecords {
+    /// Of triangles without normals, in any layout: `v0 p v1 p v2 p`. Shading makes the flat normal from the vertices.
+    pub const WITHOUT_NORMALS: Self = Self { vertex_bytes: 48, normal_bytes: 0, shading: Self::INTERSECTION };
 
-    /// Bytes of its record that shading reads: of the second buffer where there is one.
-    pub fn shading_bytes(self) -> Range<u32> {
-        match self {
-            Self::Padded => 48..96,
-            Self::Compact => 0..80,
-            Self::Split => 0..48,
-        }
+    /// Bytes of the first record that an intersection reads.
+    pub const INTERSECTION: Range<u32> = 0..48;
+
+    /// Bytes of both records.
+    pub fn bytes(&self) -> u32 {
+        self.vertex_bytes + self.normal_bytes
     }
 }

@@ -71,7 +71,7 @@ impl Emitter {
                 output
                     .locate(triangles, |triangle| buffers.shading(triangle))
                     .map_err(|triangle| missing("triangle", triangle))?
-                    .read_records(BufferKind::Normal, buffers.shading_reads, warp.shaded_lanes);
+                    .read_records(buffers.shading_kind, buffers.shading_reads, warp.shaded_lanes);
                 output.end_turn(true);
             }
         }

@@ -85,7 +85,7 @@ impl Program {
         let attachments = technique.raster.map_or(0, |raster| raster.attachments_in_memory().len() as u32);
         let shade = match technique.raster {
             Some(_) => shared.decode_normal,
-            None if config.primitive_layout == PrimitiveLayout::Compact => {
+            None if header.normals && config.primitive_layout == PrimitiveLayout::Compact => {
                 with_loads(sum(&[shared.shade, shared.compact_normal]), buffers.shading_reads.loads)
             }
             None => with_loads(shared.shade, buffers.shading_reads.loads),

@@ -76,5 +76,6 @@ pub(crate) fn report() -> Report {
         }],
         assumptions: vec!["Resources overlap perfectly.".into()],
         notes: vec![],
+        forced: vec![],
     }
 }

@@ -49,7 +49,7 @@ fn cells() -> Vec<(Traversal, KdOptions)> {
 /// Every width of trail and short stack, and kd-trees as deep as a word has bits.
 fn deep() -> Vec<(Traversal, KdOptions)> {
     let mut builds = usual();
-    for bits in [TrailBits::Bits32, TrailBits::Bits64] {
+    for bits in [TrailBits::Bits32, TrailBits::Bits64].map(Some) {
         builds.extend(
             [0, 1, 3, 64]
                 .map(|short_stack| (Traversal::BvhRestartTrail { bits, short_stack }, KdOptions::MOBILE)),

@@ -10,6 +10,7 @@ use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
+use std::ops::{Add, BitAnd, BitOr, Shr};
 
 /// Width of the trail, which limits the depth of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,6 +28,55 @@ impl TrailBits {
             TrailBits::Bits32 => 31,
             TrailBits::Bits64 => 63,
         }
+    }
+
+    /// The narrowest for a tree of this depth.
+    pub fn fitting(depth: u32) -> Self {
+        if depth <= Self::Bits32.max_depth() { Self::Bits32 } else { Self::Bits64 }
+    }
+
+    /// As a number.
+    pub fn count(self) -> u32 {
+        match self {
+            TrailBits::Bits32 => u32::BITS,
+            TrailBits::Bits64 => u64::BITS,
+        }
+    }
+}
+
+/// The word that a trail is kept in.
+trait TrailWord:
+    Copy
+    + PartialOrd
+    + Add<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + Shr<u32, Output = Self>
+{
+    const ZERO: Self;
+    /// The bit above all decisions.
+    const FINISHED: Self;
+
+    fn negated(self) -> Self;
+}
+
+impl TrailWord for u32 {
+    const ZERO: Self = 0;
+    const FINISHED: Self = 1 << (u32::BITS - 1);
+
+    #[inline(always)]
+    fn negated(self) -> Self {
+        self.wrapping_neg()
+    }
+}
+
+impl TrailWord for u64 {
+    const ZERO: Self = 0;
+    const FINISHED: Self = 1 << (u64::BITS - 1);
+
+    #[inline(always)]
+    fn negated(self) -> Self {
+        self.wrapping_neg()
     }
 }
 
@@ -85,6 +135,19 @@ pub fn trace<P: RayTriangle, O: Observer>(
     observer: &mut O,
 ) -> Hit {
     assert!(bvh.depth <= bits.max_depth() && short_stack <= MAX_SHORT_STACK);
+    match bits {
+        TrailBits::Bits32 => trace_with::<u32, P, O>(bvh, short_stack, ray, query, observer),
+        TrailBits::Bits64 => trace_with::<u64, P, O>(bvh, short_stack, ray, query, observer),
+    }
+}
+
+fn trace_with<W: TrailWord, P: RayTriangle, O: Observer>(
+    bvh: &Bvh<P>,
+    short_stack: u32,
+    ray: &Ray,
+    query: Query,
+    observer: &mut O,
+) -> Hit {
     let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
@@ -96,12 +159,11 @@ pub fn trace<P: RayTriangle, O: Observer>(
         return best;
     }
 
-    let finished = 1_u64 << bits.max_depth();
     let mut stack = ShortStack::new(short_stack, bvh.root);
-    let mut trail = 0_u64;
+    let mut trail = W::ZERO;
     // The bit of the decision that led to `node` (its children's is the next lower one), and the bit that the last pop set.
-    let mut above = finished;
-    let mut popped_level = 0_u64;
+    let mut above = W::FINISHED;
+    let mut popped_level = W::ZERO;
     let mut node = bvh.root;
     loop {
         if node.is_inner() {
@@ -115,7 +177,7 @@ pub fn trace<P: RayTriangle, O: Observer>(
                 let a_first = near_a <= near_b;
                 let [a, b] = pair.links;
                 let (nearer, farther) = if a_first { (a, b) } else { (b, a) };
-                if trail & level != 0 {
+                if trail & level != W::ZERO {
                     node = farther;
                 } else {
                     node = nearer;
@@ -130,7 +192,7 @@ pub fn trace<P: RayTriangle, O: Observer>(
             // Where the last pop has set the bit and only one child is left, that child is the nearer one, already done:
             // the farther one has been culled by a hit found since.
             if (hit_a | hit_b) && level != popped_level {
-                trail |= level;
+                trail = trail | level;
                 above = level;
                 // Branches, not a selection: see the stack traversal.
                 if hit_a {
@@ -149,15 +211,15 @@ pub fn trace<P: RayTriangle, O: Observer>(
 
         // Pop: the carry skips every level whose bit is set, that is, whose last child is done.
         loop {
-            trail = (trail & above.wrapping_neg()) + above;
-            if trail >= finished {
+            trail = (trail & above.negated()) + above;
+            if trail >= W::FINISHED {
                 return best;
             }
-            popped_level = trail & trail.wrapping_neg();
+            popped_level = trail & trail.negated();
             let Some((slot, popped, entry)) = stack.pop() else {
                 observer.step(Op::Restart, 0);
                 node = bvh.root;
-                above = finished;
+                above = W::FINISHED;
                 break;
             };
             observer.step(Op::Pop, slot);

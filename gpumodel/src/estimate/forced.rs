@@ -1,0 +1,56 @@
+//! What features cost that were forced in, and what is saved by those that were forced out, as far as one run tells.
+
+use super::values::FrameValues;
+use crate::counters::Pass;
+use crate::layout::normal_bytes;
+use tracer::{Choice, Feature, Forced};
+
+/// What a feature costs that was forced in or out against what the scene needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForcedCost {
+    /// Which.
+    pub feature: Feature,
+    /// Which way.
+    pub choice: Choice,
+    /// Seconds of the frame that it takes, or about would take; none where this run does not tell.
+    pub seconds: Option<f64>,
+    /// Bytes that it takes, or would take, in buffers.
+    pub buffer_bytes: u64,
+    /// Bytes that it reads from memory; none where this run does not tell.
+    pub dram_read_bytes: Option<u64>,
+}
+
+/// What all that was forced costs; `seconds` are those of the passes.
+pub(super) fn costs(
+    FrameValues { replayed, header, topology, config }: &FrameValues<'_>,
+    seconds: &[f64; Pass::COUNT],
+) -> Vec<ForcedCost> {
+    let cost = |&Forced { feature, choice }| {
+        let nothing = ForcedCost { feature, choice, seconds: None, buffer_bytes: 0, dram_read_bytes: None };
+        let traffic = |pass: Pass| replayed.counters.pass(pass).traffic;
+        match (feature, choice) {
+            (Feature::ShadowRays, Choice::In) => ForcedCost {
+                seconds: Some(seconds[Pass::Shadow as usize]),
+                dram_read_bytes: Some(traffic(Pass::Shadow).total().dram_read_bytes),
+                ..nothing
+            },
+            // A ray to each light, each about as long as the ray whose hit it starts from.
+            (Feature::ShadowRays, Choice::Out) => {
+                ForcedCost { seconds: Some(seconds[Pass::Primary as usize]).filter(|&s| s > 0.0), ..nothing }
+            }
+            (Feature::Normals, Choice::In) => {
+                let read = traffic(Pass::Output).normal.dram_read_bytes;
+                let apart = replayed.buffers.normal > 0;
+                ForcedCost {
+                    buffer_bytes: normal_bytes(header, topology, config),
+                    dram_read_bytes: apart.then_some(read),
+                    ..nothing
+                }
+            }
+            (Feature::Normals, Choice::Out) => {
+                ForcedCost { buffer_bytes: normal_bytes(header, topology, config), ..nothing }
+            }
+        }
+    };
+    header.forced.iter().map(cost).collect()
+}
