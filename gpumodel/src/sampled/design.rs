@@ -150,25 +150,24 @@ pub(super) fn weights(picks: &[Pick]) -> Vec<f64> {
     picks.iter().map(|pick| pick.probability.recip()).collect()
 }
 
-/// Weights of the replicates of a sample (the stratified jackknife, JK2; Wolter 2007, section 4.5): neighbours in the order of the
-/// frame make a stratum; each replicate drops a half of one stratum, every second pick, and lets the other half stand for it.
-pub(super) fn replicates(picks: &[Pick], seed: u64) -> Vec<Vec<f64>> {
+/// Weights of the replicates of a sample (the stratified jackknife with two halves, JKn; Wolter 2007, section 4.5): neighbours in the
+/// order of the frame make a stratum; of each stratum, a replicate drops every second pick and lets the others stand for them, and its
+/// twin drops those others.
+pub(super) fn replicates(picks: &[Pick]) -> Vec<[Vec<f64>; 2]> {
     let weights = weights(picks);
     let drawn: Vec<usize> = (0..picks.len()).filter(|&pick| picks[pick].probability < 1.0).collect();
     let strata = (drawn.len() / 2).min(STRATA);
-    (0..strata)
-        .map(|stratum| {
-            let of_stratum = &drawn[stratum * drawn.len() / strata..(stratum + 1) * drawn.len() / strata];
-            let dropped = usize::from(fraction(seed ^ (stratum as u64 + 1)) < 0.5);
-            let all = of_stratum.iter().map(|&pick| weights[pick]).sum::<f64>();
-            let kept = || of_stratum.iter().enumerate().filter(|(place, _)| place % 2 != dropped);
-            let of_kept = kept().map(|(_, &pick)| weights[pick]).sum::<f64>();
-            let mut replicate = weights.clone();
-            of_stratum.iter().for_each(|&pick| replicate[pick] = 0.0);
-            kept().for_each(|(_, &pick)| replicate[pick] = weights[pick] * all / of_kept);
-            replicate
-        })
-        .collect()
+    let replicate = |stratum: usize, dropped: usize| {
+        let of_stratum = &drawn[stratum * drawn.len() / strata..(stratum + 1) * drawn.len() / strata];
+        let all = of_stratum.iter().map(|&pick| weights[pick]).sum::<f64>();
+        let kept = || of_stratum.iter().enumerate().filter(|(place, _)| place % 2 != dropped);
+        let of_kept = kept().map(|(_, &pick)| weights[pick]).sum::<f64>();
+        let mut replicate = weights.clone();
+        of_stratum.iter().for_each(|&pick| replicate[pick] = 0.0);
+        kept().for_each(|(_, &pick)| replicate[pick] = weights[pick] * all / of_kept);
+        replicate
+    };
+    (0..strata).map(|stratum| [replicate(stratum, 0), replicate(stratum, 1)]).collect()
 }
 
 #[cfg(test)]
@@ -239,7 +238,7 @@ mod tests {
             prop_assert!(picks.windows(2).all(|pair| pair[0].block < pair[1].block));
             prop_assert!(picks.iter().all(|pick| pick.probability > 0.0 && pick.probability <= 1.0));
             prop_assert_eq!((picks[0].block, picks[picks.len() - 1].block), (0, bytes.len() as u32 - 1));
-            for replicate in replicates(&picks, seed) {
+            for replicate in replicates(&picks).into_iter().flatten() {
                 let (all, of_replicate) =
                     (weights(&picks).iter().sum::<f64>(), replicate.iter().sum::<f64>());
                 prop_assert!((of_replicate / all - 1.0).abs() < 1e-9);

@@ -28,6 +28,8 @@ pub enum Attempt {
 
 /// The pilot's variance is but an estimate: so much larger a sample is taken.
 const VARIANCE_MARGIN: f64 = 1.5;
+/// Part of the work on a whole frame that one thread does after the others; the work on samples is shared out.
+const SERIAL_PART: f64 = 0.65;
 /// Part of the time left that is planned with.
 const TIME_MARGIN: f64 = 0.7;
 
@@ -85,9 +87,9 @@ impl<S: TileSource> Sampler<'_, S> {
         let left = end.saturating_duration_since(Instant::now()).as_secs_f64() * TIME_MARGIN;
         let tiles = f64::from(self.source.header().frame.tiles());
         let of_tile = took / f64::from(pilot.tiles);
-        // One thread takes the turns of all warps in the end, however many there are.
+        // However many threads make tiles, one takes the turns of all warps.
         let threads = rayon::current_num_threads() as f64;
-        if of_tile * threads * tiles <= left {
+        if of_tile * (threads * SERIAL_PART).max(1.0) * tiles <= left {
             return Ok(Attempt::Whole("there is time for every tile".to_owned()));
         }
         let part = (left / of_tile / tiles).min(largest);

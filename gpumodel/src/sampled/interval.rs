@@ -47,14 +47,15 @@ fn of(intervals: &[Option<[f64; 2]>], id: &str) -> Option<[f64; 2]> {
 }
 
 fn intervals(whole: &CounterSet, others: &[CounterSet], replicates: &[CounterSet]) -> Vec<Option<[f64; 2]>> {
-    let quantile = quantile(replicates.len());
+    // Of each stratum there are two.
+    let quantile = quantile(replicates.len() / 2);
     let of_counter = |(info, value): (&CounterInfo, &Value)| {
         let value = value.number()?;
         let numbers = |sets: &[CounterSet]| -> Vec<f64> {
             sets.iter().filter_map(|set| set.get(info.id).and_then(Value::number)).collect()
         };
         let squares = numbers(replicates).into_iter().map(|replicate| (replicate - value).powi(2));
-        let half = quantile * squares.sum::<f64>().sqrt();
+        let half = quantile * (squares.sum::<f64>() / 2.0).sqrt();
         let [mut least, mut most] = [value; 2];
         for other in numbers(others) {
             (least, most) = (least.min(other), most.max(other));

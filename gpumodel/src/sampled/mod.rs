@@ -123,9 +123,9 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         };
         let (replayed, estimate) = frame(&weights, likely)?;
         let others = [frame(&weights, other)?.1, frame(&weights, Uncertain::Evicting)?.1];
-        let replicates = design::replicates(&picks, seed);
-        let replicates = replicates
+        let replicates = design::replicates(&picks)
             .par_iter()
+            .flatten_iter()
             .map(|weights| frame(weights, likely).map(|(_, estimate)| estimate))
             .collect::<Result<Vec<_>, _>>()?;
         let intervals = Intervals::new(&estimate, &others, &replicates);
