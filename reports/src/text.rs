@@ -229,8 +229,13 @@ fn margin(counter: &Counter) -> String {
     if low == high {
         return "exact".to_owned();
     }
-    let [low, high] = [low, high].map(|end| format!("{:.1}", 100.0 * (end / value - 1.0).abs()));
-    if low == high { format!("± {high} %") } else { format!("-{low} to +{high} %") }
+    let [below, above] = [1.0 - low / value, high / value - 1.0].map(|part| 100.0 * part);
+    // What one decimal place cannot tell apart is one number, the larger.
+    if (above - below).abs() < 0.1 {
+        format!("± {:.1} %", above.max(below))
+    } else {
+        format!("-{below:.1} to +{above:.1} %")
+    }
 }
 
 fn cell(figure: &Cell) -> String {

@@ -11,6 +11,7 @@ mod needs;
 mod outputs;
 mod render;
 mod results;
+mod samples;
 mod stability;
 mod support;
 mod timed;

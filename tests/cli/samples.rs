@@ -1,0 +1,129 @@
+//! Samples of frames: goals, intervals, and what is refused.
+
+use crate::support::{arg, folder, raybudget};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+fn trace(folder: &Path) -> PathBuf {
+    let trace = folder.join("t.rbt");
+    raybudget(["trace", "atrium", "--size", "768x768", "-o", arg(&trace)]).ok();
+    trace
+}
+
+fn replay(trace: &Path, options: &[&str]) -> Value {
+    raybudget(["replay", arg(trace), "--format", "json"].iter().chain(options)).json()
+}
+
+fn figure(report: &Value, id: &str) -> f64 {
+    report["counters"][id]["value"].as_f64().expect("a figure")
+}
+
+fn interval(report: &Value, id: &str) -> [f64; 2] {
+    let ends = report["counters"][id]["ci95"].as_array().expect("an interval");
+    [0, 1].map(|end| ends[end].as_f64().expect("a number"))
+}
+
+#[test]
+fn samples_keep_their_word_and_everything_is_replayed_where_they_cannot() {
+    let dir = folder();
+    let trace = trace(dir.path());
+    let exact = replay(&trace, &[]);
+    let off = |report: &Value, id: &str| (figure(report, id) / figure(&exact, id) - 1.0).abs();
+
+    let sampled = replay(&trace, &["--sample", "25%", "--seed", "3"]);
+    assert_eq!(sampled["run"]["fidelity"], "sampled");
+    assert!(sampled["run"]["sampled_fraction"].as_f64().is_some_and(|part| (0.1..0.35).contains(&part)));
+    assert_eq!(sampled["inputs"]["seed"], 3);
+    for id in ["frame_time_ms", "dram_read_bytes", "alu_operations", "node_fetches"] {
+        let [low, high] = interval(&sampled, id);
+        assert!(low < high && (low..=high).contains(&figure(&sampled, id)), "{id}");
+    }
+    assert!(off(&sampled, "frame_time_ms") < 0.1);
+    let [low, high] = interval(&sampled, "fragments");
+    assert_eq!((low, high), (768.0 * 768.0, 768.0 * 768.0));
+    assert_eq!(exact["counters"]["frame_time_ms"]["ci95"], Value::Null);
+
+    let within = replay(&trace, &["--within", "frame_time_ms=20%"]);
+    assert_eq!(within["run"]["fidelity"], "sampled");
+    let [low, high] = interval(&within, "frame_time_ms");
+    let time = figure(&within, "frame_time_ms");
+    assert!(low >= 0.8 * time && high <= 1.2 * time, "{low} {time} {high}");
+
+    let whole = replay(&trace, &["--within", "0.001%"]);
+    assert_eq!(whole["run"]["fidelity"], "replay");
+    assert_eq!(whole["counters"], exact["counters"]);
+    let notes = whole["notes"].as_array().expect("notes");
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.as_str().is_some_and(|note| note.starts_with("Every tile was replayed")))
+    );
+
+    let in_time = replay(&trace, &["--time-limit", "60s"]);
+    assert_eq!(in_time["run"]["fidelity"], "replay", "there is time for all");
+    let late = replay(&trace, &["--time-limit", "1ms"]);
+    assert_eq!(late["run"]["fidelity"], "sampled");
+    let notes = late["notes"].as_array().expect("notes");
+    assert!(notes.iter().any(|note| note.as_str().is_some_and(|note| note.contains("limit was too short"))));
+}
+
+#[test]
+fn a_frame_that_is_traced_on_the_way_can_be_sampled_and_the_text_says_how_far_figures_may_be_off() {
+    let sample = ["profile", "atrium", "--size", "768x768", "--fidelity", "sampled"];
+    let text = raybudget(sample).ok();
+    assert!(text.contains("frame        95 %"), "{text}");
+    assert!(text.lines().any(|line| line.contains("Frame Time") && line.contains(" %  ")), "{text}");
+    assert!(text.lines().any(|line| line.contains("Fragments") && line.contains("exact")), "{text}");
+    let hybrid = raybudget(sample.iter().chain(&["--technique", "hybrid", "--format", "json"])).json();
+    assert_eq!(hybrid["run"]["fidelity"], "replay", "geometry that is drawn is not sampled");
+    let dir = folder();
+    let out = dir.path().join("out");
+    let report = raybudget(sample.iter().chain(&["--format", "json", "-o", arg(&out)])).json();
+    let left_out = report["left_out"].as_array().expect("a list");
+    assert!(left_out.iter().any(|entry| entry["what"] == "heat maps"));
+    assert!(out.join("report.json").exists() && !out.join("node-fetches.png").exists());
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_with_the_remedy() {
+    for (options, expected) in [
+        (&["--within", "2"][..], "--within 2: expected a part of the whole above 0, such as 2% or 0.02"),
+        (&["--within", "time=2%"], "there is no counter 'time'; see `raybudget list counters`"),
+        (&["--sample", "0%"], "--sample 0%: expected a part of the whole"),
+        (
+            &["--time-limit", "5"],
+            "--time-limit 5: expected a time above 0 with its unit, such as 1s or 500ms",
+        ),
+        (&["--seed", "5"], "add --fidelity sampled, --sample, --within or --time-limit"),
+        (&["--fidelity", "timed", "--within", "2%"], "leave out --sample, --within and --time-limit"),
+        (&["--within", "2%", "--time-limit", "1s"], "cannot be used with"),
+    ] {
+        let error = raybudget(["profile", "cornell"].iter().chain(options)).refused();
+        assert!(error.contains(expected), "{options:?}: {error}");
+    }
+    let error = raybudget(["compare", "cornell", "--vary", "layout", "--fidelity", "sampled"]).refused();
+    assert!(error.contains("only profile and replay take samples"), "{error}");
+}
+
+#[test]
+fn verify_accuracy_holds_samples_against_replays() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let verify = ["verify", "accuracy", "--samples", "--quick", "--format", "json", "-o", arg(&out)];
+    let found = raybudget(verify).json();
+    assert_eq!(
+        found["rows"].as_array().map(Vec::len),
+        Some(8),
+        "four counters, each with its errors and coverage"
+    );
+    for row in found["samples"].as_array().expect("samples") {
+        assert_eq!(row["errors"].as_array().map(Vec::len), Some(4));
+        let errors = row["errors"].as_array().expect("errors").iter().filter_map(Value::as_f64);
+        if row["counter"] == "frame_time_ms" {
+            assert!(errors.map(f64::abs).fold(0.0, f64::max) < 0.2, "{row}");
+        }
+    }
+    for file in ["sampling.txt", "sampling.csv", "work-precision-frame_time_ms.svg"] {
+        assert!(out.join(file).exists(), "{file}");
+    }
+}
