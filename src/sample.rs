@@ -5,7 +5,7 @@ use crate::machine::Machine;
 use crate::meter::Meter;
 use anyhow::{anyhow, bail};
 use gpumodel::{COUNTERS, Fidelity, Goal};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Part of the tiles that a sample has if nothing is asked of it.
 const USUAL_PART: f64 = 0.06;
@@ -24,7 +24,7 @@ impl Plan {
         let SampleArgs { sample, within, time_limit, seed } = args;
         let goal = match (sample, within.as_slice(), time_limit) {
             (Some(part), ..) => Goal::Part(fraction("--sample", part)?),
-            (None, [], Some(limit)) => Goal::By(meter.started() + duration(limit)?),
+            (None, [], Some(limit)) => Goal::By(end(meter, limit)?),
             (None, [], None) if machine.sampled => Goal::Part(USUAL_PART),
             (None, [], None) if seed.is_some() => bail!(
                 "--seed: it draws a sample, and all tiles are replayed; add --fidelity sampled, --sample, --within or --time-limit"
@@ -39,29 +39,29 @@ impl Plan {
     }
 }
 
-/// By counter; one that was named counts before all of them together.
+/// By counter; what is said of all headlines holds for those of which nothing is said, and the last word holds.
 fn tolerances(given: &[String]) -> anyhow::Result<Vec<(String, f64)>> {
-    let mut tolerances: Vec<(String, f64)> = Vec::new();
+    let mut of_headlines = None;
+    let mut named: Vec<(String, f64)> = Vec::new();
     for text in given {
         let Some((id, part)) = text.split_once('=') else {
-            let part = fraction("--within", text)?;
-            for id in HEADLINES {
-                if !tolerances.iter().any(|(known, _)| known == id) {
-                    tolerances.push((id.to_owned(), part));
-                }
-            }
+            of_headlines = Some(fraction("--within", text)?);
             continue;
         };
         if !COUNTERS.iter().any(|counter| counter.id == id) {
             bail!("--within {text}: there is no counter '{id}'; see `raybudget list counters`");
         }
-        let part = fraction("--within", part)?;
-        match tolerances.iter_mut().find(|(known, _)| known == id) {
-            Some((_, known)) => *known = part,
-            None => tolerances.push((id.to_owned(), part)),
+        named.retain(|(known, _)| known != id);
+        named.push((id.to_owned(), fraction("--within", part)?));
+    }
+    if let Some(part) = of_headlines {
+        for id in HEADLINES {
+            if !named.iter().any(|(known, _)| known == id) {
+                named.push((id.to_owned(), part));
+            }
         }
     }
-    Ok(tolerances)
+    Ok(named)
 }
 
 /// A part of a whole: `2%` or `0.02`.
@@ -72,19 +72,22 @@ pub(crate) fn fraction(option: &str, text: &str) -> anyhow::Result<f64> {
         .ok_or_else(|| anyhow!("{option} {text}: expected a part of the whole above 0, such as 2% or 0.02"))
 }
 
+/// When a time limit is over.
+fn end(meter: &Meter, limit: &str) -> anyhow::Result<Instant> {
+    let end = duration(limit).and_then(|limit| meter.started().checked_add(limit));
+    end.ok_or_else(|| {
+        anyhow!("--time-limit {limit}: expected a time above 0 with its unit, such as 1s or 500ms")
+    })
+}
+
 /// `1s`, `0.5s` or `500ms`.
-fn duration(text: &str) -> anyhow::Result<Duration> {
+fn duration(text: &str) -> Option<Duration> {
     let (number, scale) = match text.strip_suffix("ms") {
         Some(number) => (number, 1e-3),
-        None => (text.strip_suffix('s').unwrap_or(""), 1.0),
+        None => (text.strip_suffix('s')?, 1.0),
     };
-    let seconds = number.trim().parse::<f64>().ok().map(|number| number * scale);
-    seconds
-        .filter(|seconds| *seconds > 0.0)
-        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
-        .ok_or_else(|| {
-            anyhow!("--time-limit {text}: expected a time above 0 with its unit, such as 1s or 500ms")
-        })
+    let seconds = number.trim().parse::<f64>().ok()? * scale;
+    if seconds > 0.0 { Duration::try_from_secs_f64(seconds).ok() } else { None }
 }
 
 #[cfg(test)]
@@ -98,23 +101,23 @@ mod tests {
         for wrong in ["", "%", "0", "-1%", "101%", "NaN", "inf", "2 percent"] {
             assert!(fraction("--within", wrong).is_err(), "{wrong}");
         }
-        assert_eq!(duration("1.5s").unwrap(), Duration::from_millis(1500));
-        assert_eq!(duration("20ms").unwrap(), Duration::from_millis(20));
+        assert_eq!(duration("1.5s"), Some(Duration::from_millis(1500)));
+        assert_eq!(duration("20ms"), Some(Duration::from_millis(20)));
         for wrong in ["", "s", "1", "0s", "-1s", "NaNs", "infs", "1e300s", "1h"] {
-            assert!(duration(wrong).is_err(), "{wrong}");
+            assert_eq!(duration(wrong), None, "{wrong}");
         }
+        assert!(end(&Meter::start(), "1e19s").is_err(), "beyond what the clock can tell");
     }
 
     #[test]
     fn a_counter_that_is_named_has_its_own_tolerance_wherever_it_stands() {
         let of =
             |given: &[&str]| tolerances(&given.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>());
-        let expected = [("frame_time_ms", 0.02), ("dram_read_bytes", 0.1), ("dram_write_bytes", 0.02)]
-            .map(|(id, part)| (id.to_owned(), part));
-        let mut found = of(&["dram_read_bytes=10%", "2%"]).unwrap();
-        found.sort_by_key(|(id, _)| HEADLINES.iter().position(|known| known == id));
-        assert_eq!(found, expected);
-        assert_eq!(of(&["2%", "dram_read_bytes=10%"]).unwrap(), expected);
+        let expected = [("dram_read_bytes", 0.1), ("frame_time_ms", 0.02), ("dram_write_bytes", 0.02)];
+        let expected = expected.map(|(id, part)| (id.to_owned(), part));
+        assert_eq!(of(&["dram_read_bytes=10%", "2%"]).unwrap(), expected);
+        assert_eq!(of(&["5%", "2%", "dram_read_bytes=1%", "dram_read_bytes=10%"]).unwrap(), expected);
+        assert_eq!(of(&["simt_efficiency=1%"]).unwrap(), [("simt_efficiency".to_owned(), 0.01)]);
         assert!(of(&["frames=2%"]).unwrap_err().to_string().contains("list counters"));
     }
 }
