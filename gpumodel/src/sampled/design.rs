@@ -15,6 +15,9 @@ use tracer::{Frame, TileOutline};
 /// Strata of the replicates by which the variance is found, at most; their number is that of the degrees of freedom.
 pub(super) const STRATA: usize = 16;
 
+/// Blocks that are left to chance, at least, unless all are certain: from fewer no variance is known.
+const FEWEST_DRAWN: f64 = 4.0;
+
 /// Parts of a block's size: of its shares in the rays, in the bytes of all steps and in the squares of compressed bytes. The first keeps
 /// blocks that have next to nothing of the others from standing for very many.
 const SIZE: [f64; 3] = [0.1, 0.45, 0.45];
@@ -122,7 +125,7 @@ impl Blocks {
             if large.is_empty() || rest <= 0.0 {
                 break rest;
             }
-            left = (left - large.len() as f64).max(0.0);
+            left = (left - large.len() as f64).max(FEWEST_DRAWN);
             large.into_iter().for_each(|block| certain[block] = true);
         };
         let mut next = fraction(seed);
@@ -237,6 +240,8 @@ mod tests {
             let picks = blocks.pick(wanted, seed);
             prop_assert!(picks.windows(2).all(|pair| pair[0].block < pair[1].block));
             prop_assert!(picks.iter().all(|pick| pick.probability > 0.0 && pick.probability <= 1.0));
+            let drawn = picks.iter().filter(|pick| pick.probability < 1.0).count();
+            prop_assert!(wanted < 4 || drawn == 0 || drawn >= 3, "{drawn}");
             prop_assert_eq!((picks[0].block, picks[picks.len() - 1].block), (0, bytes.len() as u32 - 1));
             for replicate in replicates(&picks).into_iter().flatten() {
                 let (all, of_replicate) =

@@ -55,7 +55,8 @@ fn intervals(whole: &CounterSet, others: &[CounterSet], replicates: &[CounterSet
             sets.iter().filter_map(|set| set.get(info.id).and_then(Value::number)).collect()
         };
         let squares = numbers(replicates).into_iter().map(|replicate| (replicate - value).powi(2));
-        let half = quantile * (squares.sum::<f64>() / 2.0).sqrt();
+        let error = (squares.sum::<f64>() / 2.0).sqrt();
+        let half = if error > 0.0 { quantile * error } else { 0.0 };
         let [mut least, mut most] = [value; 2];
         for other in numbers(others) {
             (least, most) = (least.min(other), most.max(other));
