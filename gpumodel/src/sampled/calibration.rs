@@ -6,6 +6,8 @@ pub(super) struct Auxiliary(pub(super) [f64; KNOWN]);
 
 /// Numbers that are known.
 const KNOWN: usize = 3;
+/// The one that a sample has as much of as the frame where it cannot have all: the bytes of all steps.
+const BYTES: usize = 1;
 /// The part of a number's sum of squares that others do not explain, below which it tells nothing new.
 const ALIKE: f64 = 1e-6;
 
@@ -27,7 +29,7 @@ pub(super) struct Member {
 }
 
 /// Weights with which the members have as much of each known number as all blocks, of which `all` is the sum (Deville and Särndal
-/// 1992, linear distance). They stay as near to the old ones as that allows, and none falls below 0.
+/// 1992, linear distance). They stay as near to the old ones as that allows, and none is below 0.
 pub(super) fn calibrated(all: Auxiliary, members: &[Member]) -> Vec<f64> {
     let Auxiliary(mut lacks) = all;
     let mut moments = [[0.0; KNOWN]; KNOWN];
@@ -42,9 +44,17 @@ pub(super) fn calibrated(all: Auxiliary, members: &[Member]) -> Vec<f64> {
         }
     }
     let multipliers = solved(moments, lacks);
-    let new = |&Member { known: Auxiliary(known), weight, size, certain }: &Member| {
-        let change: f64 = known.iter().zip(multipliers).map(|(known, multiplier)| known * multiplier).sum();
-        if certain { weight } else { weight * (1.0 + change / size).max(0.0) }
+    let factor = |&Member { known: Auxiliary(known), size, .. }: &Member| {
+        1.0 + known.iter().zip(multipliers).map(|(known, multiplier)| known * multiplier).sum::<f64>() / size
+    };
+    let drawn = || members.iter().filter(|member| !member.certain);
+    // Where that asks for less than nothing of a member, the sample is too unlike the frame: then it has as much but of one number.
+    let bytes: f64 = drawn().map(|member| member.weight * member.known.0[BYTES]).sum();
+    let ratio = if bytes > 0.0 { (1.0 + lacks[BYTES] / bytes).max(0.0) } else { 1.0 };
+    let calibrates = drawn().all(|member| factor(member) >= 0.0);
+    let new = |member: &Member| {
+        let factor = if calibrates { factor(member) } else { ratio };
+        if member.certain { member.weight } else { member.weight * factor }
     };
     members.iter().map(new).collect()
 }
@@ -94,6 +104,14 @@ mod tests {
         let weights = calibrated(Auxiliary([120.0, 240.0, 0.0]), &members);
         let [first, second, _] = sums(&members, &weights);
         assert!((first - 120.0).abs() < 1e-9 && (second - 240.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_sample_that_is_too_unlike_the_frame_has_as_much_of_its_bytes() {
+        let members = [member([1.0, 1.0, 1.0], 3.0), member([1.0, 2.0, 1.0], 3.0)];
+        let weights = calibrated(Auxiliary([6.0, 30.0, 6.0]), &members);
+        assert!((sums(&members, &weights)[BYTES] - 30.0).abs() < 1e-9, "{weights:?}");
+        assert!((weights[0] - weights[1]).abs() < 1e-9);
     }
 
     #[test]
