@@ -26,8 +26,8 @@ pub(crate) const REFERENCE: Fidelity = Fidelity::Timed;
 
 /// How rays walk which structure, and the size of the image.
 pub(crate) struct Walk {
-    pub(crate) name: String,
-    pub(crate) settings: FrameSettings,
+    name: String,
+    settings: FrameSettings,
 }
 
 impl Walk {
@@ -73,21 +73,33 @@ impl Rungs {
 
 /// Measures every scene with every walk on every GPU, in this order.
 pub(crate) fn all(scenes: &[String], walks: &[Walk], gpus: &[Rungs]) -> anyhow::Result<Vec<Point>> {
+    let mut points = Vec::new();
+    for_each_trace(scenes, walks, |trace, traversal| {
+        points.extend(side_by_side(gpus, |gpu| point(trace, traversal, gpu))?);
+        Ok(())
+    })?;
+    Ok(points)
+}
+
+/// Traces every scene with every walk into a temporary file, one after the other; `work` is given the trace and the walk's name.
+pub(crate) fn for_each_trace(
+    scenes: &[String],
+    walks: &[Walk],
+    mut work: impl FnMut(&TraceFile, &str) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
     let folder = tempfile::tempdir().map_err(|error| {
         anyhow!("cannot make a folder for traces: {error}; let TMPDIR name one that you may write to")
     })?;
     let file = folder.path().join("frame.rbt");
-    let mut points = Vec::new();
     for name in scenes {
         let scene = LoadedScene::load(name)?;
         for Walk { name: traversal, settings } in walks {
             console::status(&format!("{name}: {traversal}"));
             record_all(&Frame::build(&scene, settings)?.tracer(None), &file)?;
-            let trace = TraceFile::open(&file)?;
-            points.extend(side_by_side(gpus, |gpu| point(&trace, traversal, gpu))?);
+            work(&TraceFile::open(&file)?, traversal)?;
         }
     }
-    Ok(points)
+    Ok(())
 }
 
 fn point(trace: &TraceFile, traversal: &str, gpu: &Rungs) -> anyhow::Result<Point> {

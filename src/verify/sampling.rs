@@ -1,9 +1,6 @@
 //! Measures samples of frames against their replays.
 
-use super::accuracy::{Walk, side_by_side};
-use crate::commands::trace::record_all;
-use crate::console;
-use crate::frame::{Frame, LoadedScene};
+use super::accuracy::{Walk, for_each_trace, side_by_side};
 use crate::machine::Machine;
 use crate::meter::timed_on_thread;
 use anyhow::anyhow;
@@ -22,22 +19,13 @@ pub(crate) fn all(
     parts: &[f64],
     seeds: u32,
 ) -> anyhow::Result<Vec<sampling::Frame>> {
-    let folder = tempfile::tempdir().map_err(|error| {
-        anyhow!("cannot make a folder for traces: {error}; let TMPDIR name one that you may write to")
-    })?;
-    let file = folder.path().join("frame.rbt");
     let mut frames = Vec::new();
-    for name in scenes {
-        let scene = LoadedScene::load(name)?;
-        for walk in walks {
-            console::status(&format!("{name}: {}", walk.name));
-            record_all(&Frame::build(&scene, &walk.settings)?.tracer(None), &file)?;
-            let trace = TraceFile::open(&file)?;
-            for gpu in gpus {
-                frames.push(frame(&trace, &walk.name, gpu, parts, seeds)?);
-            }
+    for_each_trace(scenes, walks, |trace, traversal| {
+        for gpu in gpus {
+            frames.push(frame(trace, traversal, gpu, parts, seeds)?);
         }
-    }
+        Ok(())
+    })?;
     Ok(frames)
 }
 

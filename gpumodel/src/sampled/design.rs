@@ -114,8 +114,12 @@ impl Blocks {
     /// Takes about `wanted` blocks beside the first and the last, in order.
     pub(super) fn pick(&self, wanted: u32, seed: u64) -> Vec<Pick> {
         let mut certain = vec![false; self.of_tiles.len()];
-        let ends = [certain.len().checked_sub(1), Some(0)];
-        ends.into_iter().flatten().for_each(|end| certain[end] = true);
+        if let Some(first) = certain.first_mut() {
+            *first = true;
+        }
+        if let Some(last) = certain.last_mut() {
+            *last = true;
+        }
         let mut left = f64::from(wanted);
         // Whoever is certain changes the probabilities of the others.
         let rest = loop {
