@@ -18,12 +18,11 @@ use crate::warp::{Emitter, TileStreams, TreeTurns};
 use crate::windows::PhaseWindows;
 use crate::workshop::{MadeTile, VariantTile, Workshop};
 use rayon::prelude::*;
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tracer::{Frame, TileDraw, TileRect, TileSource, TraceHeader};
 
 /// Tiles of a batch per thread.
-const TILES_PER_THREAD: u32 = 4;
+const TILES_PER_THREAD: u32 = 16;
 
 /// How time is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -137,34 +136,37 @@ pub fn replay_all<S: TileSource>(
 
     let tiles = header.frame.tiles();
     let done = AtomicU64::new(0);
-    let make = |batch: Range<u32>| -> Result<Vec<MadeTile>, Error> {
-        let one = |index: u32| {
-            let made = workshop.tile(source, index)?;
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, u64::from(tiles));
-            Ok(made)
-        };
-        batch.into_par_iter().map(one).collect()
+    let make = |index: u32| {
+        let made = workshop.tile(source, index)?;
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, u64::from(tiles));
+        Ok(made)
     };
 
     let batch_tiles = TILES_PER_THREAD * rayon::current_num_threads() as u32;
-    let mut batch = make(0..batch_tiles.min(tiles))?;
-    let mut next = batch_tiles.min(tiles);
+    let mut batch: Vec<MadeTile> = Vec::new();
     let mut draws: Vec<Vec<TileDraw>> = Vec::new();
-    while !batch.is_empty() {
-        let end = next.saturating_add(batch_tiles).min(tiles);
-        let (made, ()) = rayon::join(
-            || make(next..end),
-            || {
-                variants.par_iter_mut().enumerate().for_each(|(index, variant)| {
-                    for tile in &batch {
+    let mut next = 0;
+    while next < tiles || !batch.is_empty() {
+        draws.extend(batch.iter_mut().map(|tile| std::mem::take(&mut tile.draws)));
+        let indices = next..next.saturating_add(batch_tiles).min(tiles);
+        next = indices.end;
+        let mut made: Vec<Option<Result<MadeTile, Error>>> = indices.clone().map(|_| None).collect();
+        // First in, first out: the variants are the long jobs, and tiles fill what time they leave.
+        rayon::scope_fifo(|scope| {
+            for (index, variant) in variants.iter_mut().enumerate() {
+                let batch = &batch;
+                scope.spawn_fifo(move |_| {
+                    for tile in batch {
                         variant.take(tile.rect, &tile.variants[index]);
                     }
                 });
-                draws.extend(batch.iter_mut().map(|tile| std::mem::take(&mut tile.draws)));
-            },
-        );
-        batch = made?;
-        next = end;
+            }
+            for (index, place) in indices.zip(&mut made) {
+                let make = &make;
+                scope.spawn_fifo(move |_| *place = Some(make(index)));
+            }
+        });
+        batch = made.into_iter().map(|made| made.expect("the scope has ended")).collect::<Result<_, _>>()?;
     }
     variants.into_par_iter().map(|variant| variant.finish(source, &draws)).collect()
 }
