@@ -130,6 +130,8 @@ pub(crate) struct Interleaver {
     shared_until: Vec<f64>,
     /// Per core, the place whose turn is next.
     next: Vec<usize>,
+    /// Per core, the first word of that turn: asked for here, it is at hand when the turn starts.
+    next_words: Vec<u32>,
     /// Per core, when that turn starts; infinite if it has no warp.
     starts: Vec<f64>,
     /// ALU and elementary function lanes of a core.
@@ -177,6 +179,7 @@ impl Interleaver {
             copies: (0..cores).map(|core| core * copies / cores).collect(),
             shared_until: vec![0.0; copies],
             next: vec![0; cores],
+            next_words: vec![0; cores],
             starts: vec![f64::INFINITY; cores],
             lanes: [gpu.cores.alu_lanes, gpu.cores.efu_lanes],
             occupied: vec![0; cores],
@@ -304,6 +307,8 @@ impl Interleaver {
         let slots = core * self.slots..(core + 1) * self.slots;
         let place = slots.start + first_of(&self.ready[slots]);
         self.next[core] = place;
+        let Slot { words, next, .. } = &self.resident[place];
+        self.next_words[core] = words.get(next.start).copied().unwrap_or_default();
         self.starts[core] = self.busy_until[core].max(self.ready[place]);
     }
 
@@ -342,8 +347,9 @@ impl Interleaver {
         let Slot { words, next, other, number, least_cycles } = slot;
         let warp = Resident { place: place as u32, number: *number };
         let (mut lines, mut port_cycles) = (0, 0);
+        let mut word = self.next_words[core];
         let last = loop {
-            let run = Run::from_word(words[next.start]);
+            let run = Run::from_word(word);
             self.caches.access(core as u32, warp, run, &words[next.start + 1..]);
             lines += run.lines();
             port_cycles += run.port_cycles();
@@ -351,6 +357,7 @@ impl Interleaver {
             if run.is_last() || Range::is_empty(next) {
                 break run;
             }
+            word = words[next.start];
         };
         if last.crosses() || Range::is_empty(next) {
             std::mem::swap(next, other);
