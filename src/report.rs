@@ -182,6 +182,7 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
         sah_costs: header.sah_costs,
         short_stack: header.short_stack,
         trail_bits: header.trail_bits,
+        node_format: header.node_format.map(|format| format.name().to_owned()),
     }
 }
 

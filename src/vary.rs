@@ -4,6 +4,7 @@ use crate::args::{FrameArgs, MachineArgs};
 use anyhow::{anyhow, bail};
 use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, TECHNIQUES};
 use tracer::Traversal;
+use tracer::wide::NodeFormat;
 
 /// Costs Ct and Ci of Sousa et al. 2019: the chosen ones, and around them the three that their charts compare them with.
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
@@ -18,6 +19,7 @@ pub(crate) enum Axis {
     Traversal,
     CtCi,
     ShortStack,
+    NodeFormat,
     Gpu,
     Technique,
     Layout,
@@ -45,10 +47,11 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 9] = [
+    const NAMED: [Self; 10] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
+        Self::NodeFormat,
         Self::Gpu,
         Self::Technique,
         Self::Layout,
@@ -63,6 +66,7 @@ impl Axis {
             Self::Traversal => "traversal",
             Self::CtCi => "ct-ci",
             Self::ShortStack => "short-stack",
+            Self::NodeFormat => "node-format",
             Self::Gpu => "gpu",
             Self::Technique => "technique",
             Self::Layout => "layout",
@@ -80,6 +84,7 @@ impl Axis {
             Self::Traversal => Traversal::ALL.map(traversal_name).into(),
             Self::CtCi => owned(&COSTS),
             Self::ShortStack => owned(&["0", "1", "2", "4"]),
+            Self::NodeFormat => owned(&NodeFormat::ALL.map(NodeFormat::name)),
             Self::Gpu => GPUS.iter().map(|gpu| gpu.name.to_owned()).collect(),
             Self::Technique => TECHNIQUES.iter().map(|technique| technique.name.to_owned()).collect(),
             Self::Layout => owned(&PrimitiveLayout::ALL.map(PrimitiveLayout::name)),
@@ -122,6 +127,7 @@ impl Axis {
                     anyhow!("--vary short-stack={value}: expected a number of entries, such as 4")
                 })?);
             }
+            Self::NodeFormat => frame.node_format = given,
             Self::Gpu => machine.gpu = given,
             Self::Technique => machine.technique = given,
             Self::Layout => machine.layout = given,

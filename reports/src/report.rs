@@ -94,6 +94,9 @@ pub struct Inputs {
     pub short_stack: u32,
     /// Bits of the restart trail, where there is one.
     pub trail_bits: Option<u32>,
+    /// What the nodes of a wide BVH hold; none for any other structure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node_format: Option<String>,
 }
 
 /// Xxh3 hashes (64 bits, 16 hexadecimal digits).

@@ -77,7 +77,7 @@ fn heading(out: &mut String, tool: &str, inputs: &Inputs, style: Style) {
         inputs.ray_sets.join(" + "),
         inputs.accel,
         inputs.traversal,
-        trail(inputs),
+        details(inputs),
         inputs.sah_costs[0],
         inputs.sah_costs[1],
         inputs.layout,
@@ -92,8 +92,9 @@ fn heading(out: &mut String, tool: &str, inputs: &Inputs, style: Style) {
     );
 }
 
-fn trail(inputs: &Inputs) -> String {
+fn details(inputs: &Inputs) -> String {
     let mut parts = Vec::new();
+    parts.extend(inputs.node_format.as_ref().map(|format| format!("{format} nodes")));
     parts.extend(inputs.trail_bits.map(|bits| format!("{bits}-bit trail")));
     if inputs.short_stack > 0 {
         parts.push(format!("short stack of {}", inputs.short_stack));

@@ -22,6 +22,7 @@ mod tracing;
 mod tree;
 mod triangle;
 mod view;
+pub mod wide;
 
 pub use aabb::{Aabb, PlaneSlack, SlabRay};
 pub use accel::{Accel, AccelerationStructure, BuildOptions, LeafCounts, StackUse, Traversal};

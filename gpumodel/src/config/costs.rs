@@ -5,6 +5,7 @@ use crate::error::Error;
 use serde::Deserialize;
 use std::ops::AddAssign;
 use toml::Spanned;
+use tracer::wide::NodeFormat;
 use tracer::{Accel, TraceHeader};
 
 const BUILTIN: &str = include_str!("../../../configs/costs.toml");
@@ -33,6 +34,10 @@ pub struct ShaderCosts {
     kd_push_down: TraversalCosts,
     kd_backtrack: TraversalCosts,
     grid_dda: TraversalCosts,
+    wide_full_4: TraversalCosts,
+    wide_full_8: TraversalCosts,
+    wide_compressed_8: TraversalCosts,
+    wide_adreno_8: TraversalCosts,
 }
 
 /// Costs outside the traversal's own steps.
@@ -101,6 +106,14 @@ struct CostsFile {
     kd_push_down: TraversalFile,
     kd_backtrack: TraversalFile,
     grid_dda: TraversalFile,
+    #[serde(rename = "wide-full-4")]
+    wide_full_4: TraversalFile,
+    #[serde(rename = "wide-full-8")]
+    wide_full_8: TraversalFile,
+    #[serde(rename = "wide-compressed-8")]
+    wide_compressed_8: TraversalFile,
+    #[serde(rename = "wide-adreno-8")]
+    wide_adreno_8: TraversalFile,
 }
 
 #[derive(Deserialize)]
@@ -185,6 +198,10 @@ impl ShaderCosts {
             kd_push_down: traversal("kd-push-down", &raw.kd_push_down)?,
             kd_backtrack: traversal("kd-backtrack", &raw.kd_backtrack)?,
             grid_dda: traversal("grid-dda", &raw.grid_dda)?,
+            wide_full_4: traversal("wide-full-4", &raw.wide_full_4)?,
+            wide_full_8: traversal("wide-full-8", &raw.wide_full_8)?,
+            wide_compressed_8: traversal("wide-compressed-8", &raw.wide_compressed_8)?,
+            wide_adreno_8: traversal("wide-adreno-8", &raw.wide_adreno_8)?,
         })
     }
 
@@ -202,6 +219,13 @@ impl ShaderCosts {
     /// When the trace names a traversal that has no costs.
     pub fn traversal(&self, header: &TraceHeader) -> Result<&TraversalCosts, Error> {
         match (header.accel, header.traversal.as_str()) {
+            (Accel::WideBvh, "stack") => Ok(match header.node_format {
+                Some(NodeFormat::Full4) => &self.wide_full_4,
+                Some(NodeFormat::Full8) => &self.wide_full_8,
+                Some(NodeFormat::Adreno8) => &self.wide_adreno_8,
+                // Without a format there is no layout either, which is refused.
+                Some(NodeFormat::Compressed8) | None => &self.wide_compressed_8,
+            }),
             (Accel::Bvh, "stack") => Ok(&self.bvh_stack),
             (Accel::Bvh, "parent-link") => Ok(&self.bvh_parent_link),
             (Accel::Bvh, "restart-trail") => Ok(&self.bvh_restart_trail),
@@ -213,7 +237,7 @@ impl ShaderCosts {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no operation counts", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, kd stack, restart, push-down or backtrack, or grid dda"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, or grid dda"
                     .to_owned(),
             }),
         }

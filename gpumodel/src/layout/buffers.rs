@@ -11,6 +11,7 @@
 
 use super::VEC4_BYTES;
 use super::node::NodeLayout;
+use super::order::NodeOrder;
 use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
 use super::tree::{TreeBuffers, node_places};
@@ -190,6 +191,13 @@ impl Buffers {
             remedy: remedy.to_owned(),
         };
         topology.validate().map_err(|problem| fail(problem, "record the trace again"))?;
+        if topology.is_wide() && config.node_order == NodeOrder::VanEmdeBoas {
+            return Err(fail(
+                "a node of its wide BVH links to the first of its inner children, and the others follow it: van-emde-boas order parts them"
+                    .to_owned(),
+                "use depth-first or breadth-first order",
+            ));
+        }
         let (node_bytes, node_stride) = config.node_records.bytes(header, &NodeLayout::of(header)?)?;
         let (places, node_count) = node_places(config, topology);
         let primitive =

@@ -78,7 +78,7 @@ fn run<const ANY: bool, P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, ob
                 node = right;
                 continue;
             }
-        } else if leaf::intersect(bvh, node, prepared, ANY, &mut best, observer) && ANY {
+        } else if leaf::intersect(bvh.leaves(), node, prepared, ANY, &mut best, observer) && ANY {
             return best;
         }
         loop {

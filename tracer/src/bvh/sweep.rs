@@ -21,14 +21,17 @@ pub struct BvhOptions {
     /// Longest path from the root, in edges, at least `ceil(log2(triangles))`. Splits that could not be completed within it are
     /// not taken, so leaves do not grow because of it.
     pub max_depth: u32,
+    /// Most triangles of a leaf, at least 1: more are split even where that does not pay.
+    pub max_leaf: u32,
 }
 
 impl BvhOptions {
     /// The costs that Sousa et al. 2019 found efficient on a mobile GPU.
-    pub const MOBILE: Self = Self { traversal_cost: 3.0, intersection_cost: 1.5, max_depth: Self::MAX_DEPTH };
+    pub const MOBILE: Self =
+        Self { traversal_cost: 3.0, intersection_cost: 1.5, max_depth: Self::MAX_DEPTH, max_leaf: u32::MAX };
     /// Equal costs, as most CPU builders have them.
     pub const EQUAL_COSTS: Self =
-        Self { traversal_cost: 1.0, intersection_cost: 1.0, max_depth: Self::MAX_DEPTH };
+        Self { traversal_cost: 1.0, intersection_cost: 1.0, max_depth: Self::MAX_DEPTH, max_leaf: u32::MAX };
     /// Deepest tree that the traversal stack and the 64-bit restart trail can hold.
     pub const MAX_DEPTH: u32 = 63;
 }
@@ -144,9 +147,11 @@ impl Builder<'_> {
         let Task { lists, areas, scratch, first, depth } = task;
         let count = lists[0].len();
         let bounds = lists[0].iter().fold(Aabb::EMPTY, |all, &id| all.union(self.boxes[id as usize]));
+        let most = self.options.max_leaf as usize;
         let leaf_cost = self.options.intersection_cost * count as f64;
         let split = self.best_split(&lists, areas, bounds, depth);
-        let Some(Split { axis, left, .. }) = split.filter(|split| split.cost < leaf_cost) else {
+        let Some(Split { axis, left, .. }) = split.filter(|split| split.cost < leaf_cost || count > most)
+        else {
             // One order for all three lists, the primitive id, whichever axis happens to be first.
             for list in lists {
                 list.sort_unstable();

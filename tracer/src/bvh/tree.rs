@@ -1,5 +1,6 @@
 //! The BVH as data.
 
+use super::leaf::Leaves;
 use crate::aabb::{Aabb, PlaneSlack};
 use crate::triangle::{GROUP, PreparedTriangle, RayTriangle, TriangleGroup};
 use glam::Vec3;
@@ -45,10 +46,13 @@ pub(crate) struct NodeRef {
 impl NodeRef {
     const INNER: u32 = 1 << 31;
 
-    fn inner(axis: usize, left: u32) -> Self {
+    pub(crate) fn inner(axis: usize, left: u32) -> Self {
         debug_assert!(axis < 3);
         Self { link: left, meta: Self::INNER | axis as u32 }
     }
+
+    /// A leaf without triangles.
+    pub(crate) const NOTHING: Self = Self { link: 0, meta: 0 };
 
     fn leaf(group: u32, count: u32) -> Self {
         debug_assert!(count < Self::INNER);
@@ -121,7 +125,7 @@ pub struct Bvh<P: RayTriangle = PreparedTriangle> {
     pub(crate) pairs: Vec<NodePair>,
     pub(crate) references: Vec<u32>,
     /// The triangles of each leaf in reference order; a leaf begins a new group.
-    pub(super) groups: Vec<P::Group>,
+    pub(crate) groups: Vec<P::Group>,
     pub(crate) depth: u32,
 }
 
@@ -203,11 +207,17 @@ impl<P: RayTriangle> Bvh<P> {
 
     /// Box and packed links of node `index`.
     #[inline(always)]
-    pub(super) fn packed_node(&self, index: u32) -> (Aabb, NodeRef) {
+    pub(crate) fn packed_node(&self, index: u32) -> (Aabb, NodeRef) {
         match index.checked_sub(1) {
             None => (self.root_bounds, self.root),
             Some(below) => self.pairs[(below / 2) as usize].side((below % 2) as usize),
         }
+    }
+
+    /// What leaves refer to.
+    #[inline(always)]
+    pub(super) fn leaves(&self) -> Leaves<'_, P> {
+        Leaves { references: &self.references, groups: &self.groups }
     }
 
     /// The pair of nodes `left` and `left + 1`.
