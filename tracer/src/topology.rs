@@ -21,6 +21,8 @@ pub enum TopologyNode {
         first: u32,
         /// Number of inner children.
         count: u32,
+        /// Number of children that are leaves.
+        leaves: u32,
     },
     /// References `first .. first + count`.
     Leaf {
@@ -36,7 +38,7 @@ impl TopologyNode {
     pub fn children(self) -> Range<u32> {
         match self {
             Self::Inner { left } => left..left + 2,
-            Self::Wide { first, count } => first..first + count,
+            Self::Wide { first, count, .. } => first..first + count,
             Self::Leaf { .. } => 0..0,
         }
     }
@@ -69,9 +71,8 @@ impl Topology {
 
     /// The shape of a wide BVH: its nodes, whose leaves are known from the references that steps name.
     pub fn of_wide<P: RayTriangle, const W: usize>(bvh: &WideBvh<P, W>) -> Self {
-        let wide = |inner: Range<u32>| TopologyNode::Wide { first: inner.start, count: inner.len() as u32 };
         Self {
-            nodes: bvh.inner_children().map(wide).collect(),
+            nodes: bvh.links().collect(),
             references: bvh.references().to_vec(),
             triangles: bvh.references().len() as u32,
         }
@@ -122,7 +123,7 @@ impl Topology {
                         "inner node {index} links to {left}; children lie after their parent, below {nodes}"
                     ));
                 }
-                TopologyNode::Wide { first, count }
+                TopologyNode::Wide { first, count, .. }
                     if count > 0
                         && (u64::from(first) <= index || u64::from(first) + u64::from(count) > nodes) =>
                 {

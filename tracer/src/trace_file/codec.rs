@@ -227,9 +227,10 @@ pub(super) fn encode_topology(topology: &Topology) -> Vec<u8> {
                 push_varint(&mut bytes, zigzag(i64::from(left) - link) << 1);
                 link = i64::from(left);
             }
-            TopologyNode::Wide { first, count } => {
+            TopologyNode::Wide { first, count, leaves } => {
                 push_varint(&mut bytes, zigzag(i64::from(first) - link) << 1);
                 push_varint(&mut bytes, u64::from(count));
+                push_varint(&mut bytes, u64::from(leaves));
                 link = i64::from(first) + i64::from(count);
             }
             TopologyNode::Leaf { first, count } => {
@@ -246,6 +247,9 @@ pub(super) fn encode_topology(topology: &Topology) -> Vec<u8> {
     }
     bytes
 }
+
+/// Most children of a node of a wide BVH.
+const WIDEST_NODE: u64 = 8;
 
 /// Decodes and validates a tree's shape.
 pub(super) fn decode_topology(bytes: &[u8], accel: Accel) -> Result<Topology, String> {
@@ -268,9 +272,10 @@ pub(super) fn decode_topology(bytes: &[u8], accel: Accel) -> Result<Topology, St
             let first = to_u32(link.wrapping_add(difference))?;
             link = i64::from(first);
             if accel == Accel::WideBvh {
-                let count = reader.bounded(most, "a number of inner children of")? as u32;
+                let count = reader.bounded(WIDEST_NODE, "a number of inner children of")? as u32;
+                let leaves = reader.bounded(WIDEST_NODE - u64::from(count), "a number of leaves of")? as u32;
                 link += i64::from(count);
-                TopologyNode::Wide { first, count }
+                TopologyNode::Wide { first, count, leaves }
             } else {
                 TopologyNode::Inner { left: first }
             }

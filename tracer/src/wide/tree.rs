@@ -3,6 +3,7 @@
 use super::format::NodeFormat;
 use crate::aabb::{Aabb, PlaneSlack};
 use crate::bvh::{NodeRef, leaf::Leaves};
+use crate::topology::TopologyNode;
 use crate::triangle::{RayTriangle, TriangleGroup};
 use glam::Vec3;
 
@@ -102,14 +103,15 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
         Leaves { references: &self.references, groups: &self.groups }
     }
 
-    /// Per node, its inner children.
-    pub fn inner_children(&self) -> impl Iterator<Item = std::ops::Range<u32>> + '_ {
+    /// The links of each node.
+    pub(crate) fn links(&self) -> impl Iterator<Item = TopologyNode> + '_ {
         let mut next = 1;
         self.nodes.iter().map(move |node| {
             let inner = || node.iter().filter(|(_, link)| link.is_inner()).map(|(_, link)| link.link);
             let first = inner().min().unwrap_or(next);
-            next = first + inner().count() as u32;
-            first..next
+            let count = inner().count() as u32;
+            next = first + count;
+            TopologyNode::Wide { first, count, leaves: node.children - count }
         })
     }
 
