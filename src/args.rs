@@ -492,6 +492,10 @@ pub(crate) struct MachineArgs {
     /// In which order nodes lie in memory [default: depth-first].
     #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
     pub(crate) node_order: Option<String>,
+    /// Who walks a wide BVH on a GPU with a ray unit: shaders (none), the unit with rays scheduled by warps or each by itself, or as the GPU's
+    /// description has it [default: gpu].
+    #[arg(long, value_name = "UNIT", value_parser = PossibleValuesParser::new(["gpu", "none", "warp", "ray"]))]
+    pub(crate) ray_unit: Option<String>,
     /// How time is found: warps in turns and what they ask of each resource, a sample of these, or event by event, slower [default: replay].
     #[arg(long, value_name = "RUNG", value_parser = PossibleValuesParser::new(rungs()))]
     pub(crate) fidelity: Option<String>,

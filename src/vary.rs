@@ -26,6 +26,7 @@ pub(crate) enum Axis {
     PrimitiveOrder,
     NodeRecords,
     NodeOrder,
+    RayUnit,
     /// A figure of the GPU's description, by its dotted key.
     Figure(String),
 }
@@ -47,7 +48,7 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 10] = [
+    const NAMED: [Self; 11] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
@@ -58,6 +59,7 @@ impl Axis {
         Self::PrimitiveOrder,
         Self::NodeRecords,
         Self::NodeOrder,
+        Self::RayUnit,
     ];
 
     /// Its name on the command line.
@@ -73,6 +75,7 @@ impl Axis {
             Self::PrimitiveOrder => "primitive-order",
             Self::NodeRecords => "node-records",
             Self::NodeOrder => "node-order",
+            Self::RayUnit => "ray-unit",
             Self::Figure(key) => key,
         }
     }
@@ -91,6 +94,7 @@ impl Axis {
             Self::PrimitiveOrder => owned(&PrimitiveOrder::ALL.map(PrimitiveOrder::name)),
             Self::NodeRecords => owned(&NodeRecords::ALL.map(NodeRecords::name)),
             Self::NodeOrder => owned(&NodeOrder::ALL.map(NodeOrder::name)),
+            Self::RayUnit => owned(&["none", "warp", "ray"]),
             Self::Figure(key) => {
                 bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128")
             }
@@ -134,6 +138,7 @@ impl Axis {
             Self::PrimitiveOrder => machine.primitive_order = given,
             Self::NodeRecords => machine.node_records = given,
             Self::NodeOrder => machine.node_order = given,
+            Self::RayUnit => machine.ray_unit = given,
             Self::Figure(key) => machine.set.push(format!("{key}={value}")),
         }
         Ok(())

@@ -26,6 +26,8 @@ pub struct Cost {
 pub struct ShaderCosts {
     /// What every traversal's shader does.
     pub shared: SharedCosts,
+    /// A ray query that a ray unit answers.
+    pub ray_query: RayQueryCosts,
     bvh_stack: TraversalCosts,
     bvh_parent_link: TraversalCosts,
     bvh_restart_trail: TraversalCosts,
@@ -73,6 +75,15 @@ pub struct SharedCosts {
     pub trip: Cost,
 }
 
+/// Costs of a ray query that a ray unit answers.
+#[derive(Clone, Copy, Debug)]
+pub struct RayQueryCosts {
+    /// Registers of four words per lane that the shader holds meanwhile.
+    pub registers: u32,
+    /// Handing a ray over and taking the answer.
+    pub start: Cost,
+}
+
 /// Costs of a traversal's steps, by [`tracer::Op`], without address arithmetic and loop control.
 #[derive(Clone, Copy, Debug)]
 pub struct TraversalCosts {
@@ -98,6 +109,7 @@ pub struct TraversalCosts {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct CostsFile {
     shared: SharedFile,
+    ray_query: RayQueryFile,
     bvh_stack: TraversalFile,
     bvh_parent_link: TraversalFile,
     bvh_restart_trail: TraversalFile,
@@ -133,6 +145,13 @@ struct SharedFile {
     output: CostFile,
     address: CostFile,
     r#loop: CostFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RayQueryFile {
+    registers: RegistersFile,
+    start: CostFile,
 }
 
 #[derive(Deserialize)]
@@ -189,6 +208,10 @@ impl ShaderCosts {
                 output: cost("shared.output", &raw.shared.output)?,
                 address: cost("shared.address", &raw.shared.address)?,
                 trip: cost("shared.loop", &raw.shared.r#loop)?,
+            },
+            ray_query: RayQueryCosts {
+                registers: read_registers(&file, "ray-query", &raw.ray_query.registers)?,
+                start: cost("ray-query.start", &raw.ray_query.start)?,
             },
             bvh_stack: traversal("bvh-stack", &raw.bvh_stack)?,
             bvh_parent_link: traversal("bvh-parent-link", &raw.bvh_parent_link)?,
@@ -256,17 +279,21 @@ fn read_cost(file: &File<'_>, key: &str, cost: &CostFile) -> Result<Cost, Error>
     Ok(Cost { alu: *cost.alu.get_ref(), efu: *cost.efu.get_ref() })
 }
 
-fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {
-    let cost = |field: &str, cost: &CostFile| read_cost(file, &format!("{name}.{field}"), cost);
+fn read_registers(file: &File<'_>, name: &str, raw: &RegistersFile) -> Result<u32, Error> {
     let key = format!("{name}.registers");
-    file.said(&key, &raw.registers.source)?;
-    let registers = *raw.registers.value.get_ref();
+    file.said(&key, &raw.source)?;
+    let registers = *raw.value.get_ref();
     if registers == 0 {
         let problem = "is 0, expected at least 1 register per lane";
-        return Err(file.refuse(&key, &raw.registers.value.span(), problem, "correct the value"));
+        return Err(file.refuse(&key, &raw.value.span(), problem, "correct the value"));
     }
+    Ok(registers)
+}
+
+fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {
+    let cost = |field: &str, cost: &CostFile| read_cost(file, &format!("{name}.{field}"), cost);
     Ok(TraversalCosts {
-        registers,
+        registers: read_registers(file, name, &raw.registers)?,
         start: cost("start", &raw.start)?,
         node: cost("node", &raw.node)?,
         up: cost("up", &raw.up)?,
