@@ -20,6 +20,8 @@ mod mock;
 mod prepared;
 pub mod queueing;
 mod random;
+#[cfg(test)]
+mod ray_units;
 mod replay;
 mod sampled;
 mod schedule;
