@@ -76,6 +76,9 @@ pub struct Inputs {
     /// Order of the nodes in memory.
     #[serde(default)]
     pub node_order: String,
+    /// How the ray unit that walks the structure schedules its rays; none where shaders walk it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ray_unit: Option<String>,
     /// Pixels per row; none for a list of rays.
     pub width: Option<u32>,
     /// Rows of pixels; none for a list of rays.

@@ -95,6 +95,7 @@ fn heading(out: &mut String, tool: &str, inputs: &Inputs, style: Style) {
 fn details(inputs: &Inputs) -> String {
     let mut parts = Vec::new();
     parts.extend(inputs.node_format.as_ref().map(|format| format!("{format} nodes")));
+    parts.extend(inputs.ray_unit.as_ref().map(|unit| format!("ray unit by {unit}")));
     parts.extend(inputs.trail_bits.map(|bits| format!("{bits}-bit trail")));
     if inputs.short_stack > 0 {
         parts.push(format!("short stack of {}", inputs.short_stack));

@@ -50,6 +50,7 @@ pub(crate) fn report() -> Report {
             short_stack: 4,
             trail_bits: Some(32),
             node_format: None,
+            ray_unit: None,
         },
         left_out: vec![LeftOut { what: "textures".into(), why: "not read".into() }],
         run: Run {
