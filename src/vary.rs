@@ -2,9 +2,9 @@
 
 use crate::args::{FrameArgs, MachineArgs};
 use anyhow::{anyhow, bail};
-use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, TECHNIQUES};
-use tracer::Traversal;
+use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, RayScheduling, TECHNIQUES};
 use tracer::wide::NodeFormat;
+use tracer::{Accel, Traversal};
 
 /// Costs Ct and Ci of Sousa et al. 2019: the chosen ones, and around them the three that their charts compare them with.
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
@@ -238,12 +238,22 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     let traversal = point.frame.traversal.as_deref().unwrap_or("stack");
     let pairs = accel == "bvh" && traversal != "parent-link";
     let has_short_stack = matches!(traversal, "restart-trail" | "push-down");
-    let FrameArgs { ct, ci, trail_bits, splits, flat_cells, empty_bonus, max_depth, .. } = &point.frame;
+    let is_wide = accel == Accel::WideBvh.name();
+    let of_machine = |value: &Option<String>, name: &str| value.as_deref() == Some(name);
+    let unit = point.machine.ray_unit.as_deref().and_then(RayScheduling::from_name);
+    let FrameArgs { ct, ci, node_format, trail_bits, splits, flat_cells, empty_bonus, max_depth, .. } =
+        &point.frame;
     let of_kd = splits.is_some() || flat_cells.is_some() || empty_bonus.is_some() || max_depth.is_some();
     if accel == "grid" && (ct.is_some() || ci.is_some()) {
         Some("a grid is not built by costs")
-    } else if point.machine.node_records.as_deref() == Some(NodeRecords::ChildBoxes.name()) && !pairs {
+    } else if of_machine(&point.machine.node_records, NodeRecords::ChildBoxes.name()) && !pairs {
         Some("only traversals that test siblings together have the boxes of both children in one record")
+    } else if node_format.is_some() && !is_wide {
+        Some("only nodes of wide BVHs have a format")
+    } else if is_wide && of_machine(&point.machine.node_order, NodeOrder::VanEmdeBoas.name()) {
+        Some("it parts the children of a wide node, which follow each other")
+    } else if unit.is_some() && !is_wide {
+        Some("ray units walk wide BVHs alone")
     } else if point.frame.short_stack.is_some() && !has_short_stack {
         Some("only restart-trail and push-down have a short stack")
     } else if trail_bits.is_some() && traversal != "restart-trail" {
