@@ -6,7 +6,8 @@ use crate::ray::Hit;
 use crate::triangle::{GROUP, RayTriangle, TriangleGroup};
 
 /// Tests a leaf's triangles, keeping the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
-/// every structure gives the same answer. With `any`, returns at the first hit. Returns whether a hit was found.
+/// every structure gives the same answer. With `any`, returns at the first hit. Returns whether a hit was found. `base` is what the
+/// index of the tree's first triangle is in `best`.
 ///
 /// Triangles are tested in groups. Hits and steps are those of a loop over single triangles: with `any`, the triangles behind the
 /// first hit of a group count as not tested.
@@ -14,6 +15,7 @@ use crate::triangle::{GROUP, RayTriangle, TriangleGroup};
 pub(super) fn intersect<P: RayTriangle, O: Observer>(
     bvh: &Bvh<P>,
     leaf: NodeRef,
+    base: u32,
     ray: P::Ray<'_>,
     any: bool,
     best: &mut Hit,
@@ -36,7 +38,7 @@ pub(super) fn intersect<P: RayTriangle, O: Observer>(
             let lane = lanes.trailing_zeros();
             lanes &= lanes - 1;
             let (t, u, v) = hits.of_lane(lane as usize);
-            let primitive = bvh.references[(group.first() + lane) as usize];
+            let primitive = base + bvh.references[(group.first() + lane) as usize];
             if t < best.t || (t <= best.t && primitive < best.primitive) {
                 *best = Hit { t, u, v, primitive };
                 found = true;

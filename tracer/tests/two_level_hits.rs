@@ -1,0 +1,154 @@
+//! Do two levels find the hits of f64, of a loop over all instances, and of one tree over the flattened scene?
+
+mod two_level_support;
+
+use glam::{Affine3A, Vec3};
+use proptest::prelude::*;
+use scenes::{Instance, Triangle};
+use tracer::bvh::{self, Bvh, BvhOptions};
+use tracer::two_level::{MaskedInstance, TwoLevel};
+use tracer::{Hit, PreparedTriangle, Query, Ray, RayTriangle, Silent, WatertightTriangle};
+use two_level_support::{COSTS, Scene, Space, Verdict, aims, scene, transform, verdict};
+
+/// Every triangle of every visible instance, in the arithmetic of the traversal: the slow and obvious twin.
+fn each_instance<P: RayTriangle>(scene: &Scene, structure: &TwoLevel<P>, ray: &Ray, cull_mask: u8) -> Hit {
+    let mut best = Hit::miss(ray.t_max);
+    let mut primitive = 0;
+    for (number, instance) in (0..).zip(&scene.instances) {
+        let object_ray = structure.object_ray(number, ray);
+        for triangle in &scene.meshes[instance.placement.mesh as usize] {
+            if instance.mask & cull_mask != 0
+                && let Some((t, u, v)) = P::from(triangle).test(P::prepare(&object_ray), best.t)
+                && (t < best.t || primitive < best.primitive)
+            {
+                best = Hit { t, u, v, primitive };
+            }
+            primitive += 1;
+        }
+    }
+    best
+}
+
+/// What f64 says of every primitive that a ray may see, for a structure that works in `space`.
+fn verdicts(scene: &Scene, ray: &Ray, cull_mask: u8, space: Space) -> Vec<Option<Verdict>> {
+    let judge = |(instance, triangle): (&MaskedInstance, Triangle)| {
+        (instance.mask & cull_mask != 0).then(|| verdict(instance, &triangle, ray, space)).flatten()
+    };
+    scene.primitives().into_iter().map(judge).collect()
+}
+
+/// Checks a closest hit: where f64 has it, up to the error of f32, and no farther than any hit that is beyond doubt.
+fn check_closest(hit: &Hit, ray: &Ray, verdicts: &[Option<Verdict>]) -> Result<(), TestCaseError> {
+    if hit.is_hit()
+        && let Some(verdict) = verdicts[hit.primitive as usize]
+    {
+        prop_assert!(verdict.is_possible(ray), "{hit:?} against {verdict:?}");
+        for (found, (at, error)) in
+            [hit.t, hit.u, hit.v].into_iter().zip(verdict.at.into_iter().zip(verdict.error))
+        {
+            prop_assert!((f64::from(found) - at).abs() <= error, "{hit:?} against {verdict:?}");
+        }
+    }
+    for verdict in verdicts.iter().flatten().filter(|verdict| verdict.is_certain(ray)) {
+        prop_assert!(
+            hit.is_hit() && f64::from(hit.t) <= verdict.at[0] + verdict.error[0],
+            "{hit:?} hides {verdict:?}"
+        );
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn trees_lose_no_hit_of_a_loop_over_all_instances(scene in scene(transform()), aims in aims(), cull_mask: u8) {
+        let structure = TwoLevel::build(&scene.meshes, &scene.instances, COSTS).unwrap();
+        let watertight = TwoLevel::<WatertightTriangle>::build_for(&scene.meshes, &scene.instances, COSTS).unwrap();
+        let flattened = scene.flattened();
+        for ray in aims.iter().map(|aim| aim.ray(&flattened)) {
+            for cull_mask in [u8::MAX, cull_mask, 0] {
+                let expected = each_instance(&scene, &structure, &ray, cull_mask);
+                prop_assert_eq!(structure.trace(&ray, Query::Closest, cull_mask, &mut Silent), expected);
+                let any = structure.trace(&ray, Query::Any, cull_mask, &mut Silent);
+                prop_assert_eq!(any.is_hit(), expected.is_hit());
+                let expected = each_instance(&scene, &watertight, &ray, cull_mask);
+                prop_assert_eq!(watertight.trace(&ray, Query::Closest, cull_mask, &mut Silent), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn hits_are_those_of_f64_and_of_one_tree_over_the_flattened_scene(
+        scene in scene(transform()), aims in aims(), cull_mask: u8
+    ) {
+        let structure = TwoLevel::build(&scene.meshes, &scene.instances, COSTS).unwrap();
+        let flattened = scene.flattened();
+        let sees = |(index, (instance, _)): (u32, (&MaskedInstance, Triangle))| {
+            (instance.mask & cull_mask != 0).then_some(index)
+        };
+        let visible: Vec<u32> = (0..).zip(scene.primitives()).filter_map(sees).collect();
+        let visible_triangles: Vec<Triangle> = visible.iter().map(|&index| flattened[index as usize]).collect();
+        let one_tree = Bvh::build(&visible_triangles, &BvhOptions::MOBILE);
+        for ray in aims.iter().map(|aim| aim.ray(&flattened)) {
+            let hit = structure.trace(&ray, Query::Closest, cull_mask, &mut Silent);
+            let in_object = verdicts(&scene, &ray, cull_mask, Space::Object);
+            check_closest(&hit, &ray, &in_object)?;
+
+            let mut flat = bvh::stack::trace(&one_tree, &ray, Query::Closest, &mut Silent);
+            if flat.is_hit() {
+                flat.primitive = visible[flat.primitive as usize];
+            }
+            let in_world = verdicts(&scene, &ray, cull_mask, Space::World);
+            check_closest(&flat, &ray, &in_world)?;
+
+            // Two primitives may be swapped where their distances are within the errors of both.
+            if hit.is_hit() && flat.is_hit() && hit.primitive != flat.primitive {
+                let error = |hit: &Hit| {
+                    let index = hit.primitive as usize;
+                    in_object[index].map_or(f64::INFINITY, |verdict| verdict.error[0])
+                        + in_world[index].map_or(f64::INFINITY, |verdict| verdict.error[0])
+                };
+                let doubtful = |hit: &Hit| {
+                    let index = hit.primitive as usize;
+                    ![in_object[index], in_world[index]].iter().all(|v| v.is_some_and(|v| v.is_certain(&ray)))
+                };
+                let apart = (f64::from(hit.t) - f64::from(flat.t)).abs();
+                prop_assert!(
+                    doubtful(&hit) || doubtful(&flat) || apart <= error(&hit) + error(&flat),
+                    "{hit:?} and {flat:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn identities_change_no_bit_of_the_hits_of_the_flattened_scene(
+        scene in scene(Just(Affine3A::IDENTITY)), aims in aims()
+    ) {
+        let instances: Vec<_> = scene.instances.iter().map(|instance| instance.placement.into()).collect();
+        let structure = TwoLevel::build(&scene.meshes, &instances, COSTS).unwrap();
+        let flattened = scene.flattened();
+        let one_tree = Bvh::build(&flattened, &BvhOptions::MOBILE);
+        let bits = |hit: Hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.primitive);
+        for ray in aims.iter().map(|aim| aim.ray(&flattened)) {
+            let hit = structure.trace(&ray, Query::Closest, u8::MAX, &mut Silent);
+            prop_assert_eq!(bits(hit), bits(bvh::stack::trace(&one_tree, &ray, Query::Closest, &mut Silent)));
+        }
+    }
+
+    #[test]
+    fn any_bits_as_a_ray_end(scene in scene(transform()), bits in any::<[u32; 8]>()) {
+        let f = bits.map(f32::from_bits);
+        let ray = Ray {
+            origin: Vec3::new(f[0], f[1], f[2]),
+            t_min: f[3],
+            direction: Vec3::new(f[4], f[5], f[6]),
+            t_max: f[7],
+        };
+        let structure = TwoLevel::build(&scene.meshes, &scene.instances, COSTS).unwrap();
+        for query in [Query::Closest, Query::Any] {
+            structure.trace(&ray, query, u8::MAX, &mut Silent);
+        }
+    }
+}
