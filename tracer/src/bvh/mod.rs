@@ -3,12 +3,14 @@
 mod leaf;
 mod pair_tree;
 pub mod parent_link;
+mod refit;
 pub mod restart_trail;
 pub mod stack;
 mod sweep;
 mod tree;
 
 pub(crate) use pair_tree::PairTree;
+pub use refit::Refit;
 pub use sweep::BvhOptions;
 pub(crate) use sweep::{MAX_TRIANGLES, Swept, sweep};
 pub use tree::{Bvh, BvhNode, BvhNodeKind, BvhStatistics};

@@ -8,11 +8,18 @@
 //! of instances. A hit names a triangle of the flattened scene: instance after instance, each in file order, as
 //! [`scenes::Scene::triangles`] lists them.
 
+mod advice;
+mod empty_space;
+mod overlap;
+mod sampling;
 mod stack;
+mod statistics;
 mod structure;
 mod tlas;
 mod topology;
 mod transform;
 
+pub use advice::SMALL_BLAS_TRIANGLES;
+pub use statistics::{BlasStatistics, TwoLevelStatistics};
 pub use structure::{MaskedInstance, TwoLevel};
 pub use topology::{BlasTopology, TwoLevelTopology};
