@@ -4,7 +4,7 @@ mod two_level_support;
 
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
-use scenes::{Instance, Triangle};
+use scenes::Triangle;
 use tracer::bvh::{self, Bvh, BvhOptions};
 use tracer::two_level::{MaskedInstance, TwoLevel};
 use tracer::{Hit, PlaneSlack, Query, Ray, RayTriangle, Silent, WatertightTriangle};
