@@ -4,7 +4,7 @@ mod two_level_support;
 
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
-use scenes::Triangle;
+use scenes::{Instance, Triangle};
 use tracer::bvh::{self, Bvh, BvhOptions};
 use tracer::two_level::{MaskedInstance, TwoLevel};
 use tracer::{Hit, PlaneSlack, Query, Ray, RayTriangle, Silent, WatertightTriangle};
@@ -183,4 +183,46 @@ proptest! {
             structure.trace(&ray, query, u8::MAX, &mut Silent);
         }
     }
+}
+
+/// Flat squares, so that the outline of each lies on the faces of its box, wherever rounding puts either.
+#[test]
+fn hits_on_the_outline_of_an_instance_are_not_lost_by_its_box() {
+    let mut state = 1_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1 << 24) as f32
+    };
+    let square = |corners: [[f32; 2]; 3]| Triangle { v: corners.map(|[x, y]| Vec3::new(x, y, 0.0)) };
+    let mesh =
+        vec![square([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), square([[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]])];
+    let instances: Vec<MaskedInstance> = (0..200)
+        .map(|number| {
+            let mut signed = || 2.0 * random() - 1.0;
+            let size = Vec3::new(signed(), signed(), 1.0) * 3.0;
+            let place = 1000.0 * Vec3::new(signed(), signed(), signed());
+            let turned =
+                if number % 2 == 0 { Affine3A::IDENTITY } else { Affine3A::from_rotation_x(signed()) };
+            let transform = Affine3A::from_translation(place) * turned * Affine3A::from_scale(size);
+            MaskedInstance::from(Instance { mesh: 0, transform })
+        })
+        .collect();
+    let scene = Scene { meshes: vec![mesh], instances };
+    let structure = TwoLevel::build(&scene.meshes, &scene.instances, COSTS).unwrap();
+    let mut hits = 0;
+    for instance in scene.instances.iter().cycle().take(20_000) {
+        let target = instance.placement.transform_point(Vec3::new(
+            if random() < 0.5 { 0.0 } else { 1.0 },
+            random(),
+            0.0,
+        ));
+        // From near zero, where coordinates of the origin are finer than those of the square.
+        let origin = Vec3::new(random(), random(), random());
+        let ray = Ray::new(origin, target - origin);
+        let expected = each_instance(&scene, &structure, &ray, u8::MAX);
+        assert_eq!(structure.trace(&ray, Query::Closest, u8::MAX, &mut Silent), expected, "{ray:?}");
+        hits += u32::from(expected.is_hit());
+    }
+    // About half of them are rounded to the inside.
+    assert!((5_000..15_000).contains(&hits), "{hits}");
 }
