@@ -4,6 +4,8 @@ mod two_level_support;
 
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 use scenes::{Instance, Triangle};
 use tracer::bvh::{self, Bvh, BvhOptions};
 use tracer::two_level::{MaskedInstance, TwoLevel};
@@ -183,6 +185,39 @@ proptest! {
             structure.trace(&ray, query, u8::MAX, &mut Silent);
         }
     }
+}
+
+/// The tests above allow for doubt; here is how seldom there is any, where hits are many and transforms turn, stretch and mirror.
+#[test]
+fn nearly_all_hits_are_beyond_doubt_and_name_the_primitive_of_the_flattened_scene() {
+    let mut runner = TestRunner::deterministic();
+    let (mut hits, mut certain, mut alike) = (0, 0, 0);
+    for _ in 0..300 {
+        let (scene, aims) = (scene(transform()), aims()).new_tree(&mut runner).unwrap().current();
+        let instances: Vec<_> = scene.instances.iter().map(|instance| instance.placement.into()).collect();
+        let structure = TwoLevel::build(&scene.meshes, &instances, COSTS).unwrap();
+        let flattened = scene.flattened();
+        let one_tree = Bvh::build(&flattened, &BvhOptions::MOBILE);
+        for ray in aims.iter().map(|aim| aim.ray(&flattened)) {
+            let hit = structure.trace(&ray, Query::Closest, u8::MAX, &mut Silent);
+            if hit.is_hit() {
+                let flat = bvh::stack::trace(&one_tree, &ray, Query::Closest, &mut Silent);
+                let is_certain = |hit: &Hit| {
+                    scene.primitives().get(hit.primitive as usize).is_none_or(|(instance, triangle)| {
+                        verdict(instance, triangle, &ray, Space::World).is_some_and(|v| v.is_certain(&ray))
+                    })
+                };
+                let both_certain = is_certain(&hit) && is_certain(&flat);
+                hits += 1;
+                certain += u32::from(both_certain);
+                alike += u32::from(both_certain && flat.primitive == hit.primitive);
+            }
+        }
+    }
+    // A third of the rays go for edges and corners.
+    assert!(hits > 2000 && certain > hits / 2, "{certain} of {hits}");
+    // The rest are triangles of one plane, at one distance.
+    assert!(alike > certain * 98 / 100, "{alike} of {certain}");
 }
 
 /// Flat squares, so that the outline of each lies on the faces of its box, wherever rounding puts either.
