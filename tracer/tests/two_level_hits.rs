@@ -9,7 +9,7 @@ use proptest::test_runner::TestRunner;
 use scenes::{Instance, Triangle};
 use tracer::bvh::{self, Bvh, BvhOptions};
 use tracer::two_level::{MaskedInstance, TwoLevel};
-use tracer::{Hit, PlaneSlack, Query, Ray, RayTriangle, Silent, WatertightTriangle};
+use tracer::{Hit, PlaneSlack, Query, Ray, RayTriangle, Silent, View, WatertightTriangle};
 use two_level_support::{COSTS, Scene, Space, Verdict, aims, scene, transform, verdict};
 
 /// Every triangle of every visible instance, in the arithmetic of the traversal: the slow and obvious twin.
@@ -260,4 +260,34 @@ fn hits_on_the_outline_of_an_instance_are_not_lost_by_its_box() {
     }
     // About half of them are rounded to the inside.
     assert!((5_000..15_000).contains(&hits), "{hits}");
+}
+
+#[test]
+fn built_in_scenes_of_several_meshes_have_the_hits_of_one_tree_from_their_cameras() {
+    const EDGE: u32 = 96;
+    for name in ["figure", "stadium"] {
+        let scene = scenes::builtin(name).expect("built in");
+        let meshes: Vec<Vec<Triangle>> = scene
+            .meshes
+            .iter()
+            .map(|mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect())
+            .collect();
+        let instances: Vec<MaskedInstance> = scene.instances.iter().copied().map(Into::into).collect();
+        assert!(instances.len() > 1);
+        let structure = TwoLevel::build(&meshes, &instances, COSTS).unwrap();
+        let one_tree = Bvh::build(&scene.triangles(), &BvhOptions::MOBILE);
+        let view = View::new(&scene.camera, EDGE, EDGE);
+        let mut hits = 0;
+        for (x, y) in (0..EDGE * EDGE).map(|pixel| (pixel % EDGE, pixel / EDGE)) {
+            let ray = view.primary_ray(x, y);
+            let expected = bvh::stack::trace(&one_tree, &ray, Query::Closest, &mut Silent);
+            assert_eq!(
+                structure.trace(&ray, Query::Closest, u8::MAX, &mut Silent),
+                expected,
+                "{name} {x} {y}"
+            );
+            hits += u32::from(expected.is_hit());
+        }
+        assert!(hits > EDGE * EDGE / 10, "{name}: {hits}");
+    }
 }
