@@ -47,11 +47,14 @@ impl Transform {
                  nothing, so that f32 cannot hold its inverse; flatten the mesh itself"
             ));
         }
-        let largest = inverse_matrix.abs().to_cols_array().into_iter().fold(0.0, f64::max);
-        if largest.max(inverse_translation.abs().max_element()) > f64::from(f32::MAX) {
-            return Err(
-                "its inverse has numbers beyond f32; scale the mesh itself and use a larger scale".to_owned()
-            );
+        let fits = |axis: usize| {
+            let largest = inverse_matrix.row(axis).abs().max_element();
+            largest >= f64::from(f32::MIN_POSITIVE)
+                && largest.max(inverse_translation[axis].abs()) <= f64::from(f32::MAX)
+        };
+        if !(0..3).all(fits) {
+            return Err("its inverse has numbers beyond those of f32; scale the mesh itself and bring the scale nearer to 1"
+                .to_owned());
         }
         Ok(this)
     }
