@@ -36,6 +36,7 @@ fn same_hits<P: RayTriangle>(
     prop_assert_eq!(refitted.nodes().map(|node| node.kind).collect::<Vec<_>>(), links);
     let parents = bvh::parent_link::ParentLinks::new(&refitted);
     let rebuilt = Bvh::<P>::build_for(after, &BvhOptions::EQUAL_COSTS);
+    prop_assert_eq!(refitted.plane_slack(), rebuilt.plane_slack());
     for ray in rays {
         let expected = bvh::stack::trace(&rebuilt, ray, Query::Closest, &mut Silent);
         prop_assert_eq!(bvh::stack::trace(&refitted, ray, Query::Closest, &mut Silent), expected);
