@@ -338,3 +338,12 @@ fn a_direction_is_not_normalised_so_distances_are_those_of_the_world() {
         (6.0, f32::INFINITY, Vec3::new(0.0, 0.0, 0.5))
     );
 }
+
+#[test]
+fn the_identity_keeps_signs_of_zeros_and_numbers_that_are_not_finite() {
+    let structure = TwoLevel::build(&[vec![wall(0.0)]], &[Instance::identity(0).into()], COSTS).unwrap();
+    let ray = Ray::new(Vec3::new(-0.0, f32::INFINITY, 1.0), Vec3::new(f32::NEG_INFINITY, -0.0, 0.0));
+    let object = structure.object_ray(0, &ray);
+    let bits = |ray: &Ray| [ray.origin, ray.direction].map(|v| v.to_array().map(f32::to_bits));
+    assert_eq!(bits(&object), bits(&ray));
+}
