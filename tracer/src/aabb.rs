@@ -67,6 +67,8 @@ const LARGEST_SLACK: f32 = 1.0 / 16.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneSlack {
     scene: Aabb,
+    /// Half thickness per distance.
+    per_reach: f32,
     largest: f32,
 }
 
@@ -80,7 +82,12 @@ impl PlaneSlack {
             Some(_) => LARGEST_SLACK * *extents.select_nth_unstable_by(middle, f32::total_cmp).1,
             None => 0.0,
         };
-        Self { scene, largest }
+        Self { scene, per_reach: SLACK, largest }
+    }
+
+    /// The same rule with `factor` times the thickness up to the same limit, for hits that are found with larger errors.
+    pub(crate) fn thicker(self, factor: f32) -> Self {
+        Self { per_reach: factor * self.per_reach, ..self }
     }
 
     /// The box around all triangles.
@@ -97,7 +104,7 @@ impl PlaneSlack {
     pub fn at(&self, origin: Vec3) -> f32 {
         let Aabb { min, max } = self.scene;
         let reach = (min - origin).abs().max((max - origin).abs()).max_element();
-        (SLACK * reach).min(self.largest)
+        (self.per_reach * reach).min(self.largest)
     }
 }
 

@@ -211,6 +211,16 @@ impl Default for BuildOptions {
     }
 }
 
+/// Refuses SAH costs Ct and Ci that no builder takes.
+pub(crate) fn check_costs([ct, ci]: [f64; 2]) -> Result<(), Error> {
+    if ct.is_finite() && ct >= 0.0 && ci.is_finite() && ci > 0.0 {
+        return Ok(());
+    }
+    Err(Error::Options(format!(
+        "SAH costs Ct = {ct}, Ci = {ci}: expected finite numbers, Ct at least 0 and Ci above 0; the default is --ct 3 --ci 1.5"
+    )))
+}
+
 /// Leaves of a structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LeafCounts {
@@ -255,16 +265,7 @@ impl AccelerationStructure {
         options: &BuildOptions,
     ) -> Result<Self, Error> {
         let BuildOptions { traversal_cost, intersection_cost, triangle_test, kd: _ } = *options;
-        let costs_are_valid = traversal_cost.is_finite()
-            && traversal_cost >= 0.0
-            && intersection_cost.is_finite()
-            && intersection_cost > 0.0;
-        if !costs_are_valid {
-            return Err(Error::Options(format!(
-                "SAH costs Ct = {traversal_cost}, Ci = {intersection_cost}: expected finite numbers, Ct at least 0 and Ci above \
-                 0; the default is --ct 3 --ci 1.5"
-            )));
-        }
+        check_costs([traversal_cost, intersection_cost])?;
         if triangles.len() > bvh::MAX_TRIANGLES {
             return Err(Error::Options(format!(
                 "{} triangles: a structure holds at most {}; split the scene",

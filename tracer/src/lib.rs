@@ -21,6 +21,7 @@ mod trace_file;
 mod tracing;
 mod tree;
 mod triangle;
+pub mod two_level;
 mod view;
 pub mod wide;
 
@@ -39,5 +40,5 @@ pub use trace::{
 };
 pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};
-pub use triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
+pub use triangle::{PreparedTriangle, RayTriangle, TriangleTest, WatertightTriangle};
 pub use view::{RayOffset, View};

@@ -12,6 +12,8 @@ pub(crate) struct Leaves<'a, P: RayTriangle> {
     pub(crate) references: &'a [u32],
     /// The triangles in the same order; a leaf begins a new group.
     pub(crate) groups: &'a [P::Group],
+    /// What the index of the tree's first triangle is in a hit.
+    pub(crate) base: u32,
 }
 
 /// Tests a leaf's triangles, keeping the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
@@ -21,7 +23,7 @@ pub(crate) struct Leaves<'a, P: RayTriangle> {
 /// first hit of a group count as not tested.
 #[inline(always)]
 pub(crate) fn intersect<P: RayTriangle, O: Observer>(
-    Leaves { references, groups }: Leaves<'_, P>,
+    Leaves { references, groups, base }: Leaves<'_, P>,
     leaf: NodeRef,
     ray: P::Ray<'_>,
     any: bool,
@@ -45,7 +47,7 @@ pub(crate) fn intersect<P: RayTriangle, O: Observer>(
             let lane = lanes.trailing_zeros();
             lanes &= lanes - 1;
             let (t, u, v) = hits.of_lane(lane as usize);
-            let primitive = references[(group.first() + lane) as usize];
+            let primitive = base + references[(group.first() + lane) as usize];
             if t < best.t || (t <= best.t && primitive < best.primitive) {
                 *best = Hit { t, u, v, primitive };
                 found = true;

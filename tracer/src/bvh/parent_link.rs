@@ -83,7 +83,7 @@ pub fn trace<P: RayTriangle, O: Observer>(
             continue;
         }
         let found =
-            hit && leaf::intersect(bvh.leaves(), node, prepared, query == Query::Any, &mut best, observer);
+            hit && leaf::intersect(bvh.leaves(0), node, prepared, query == Query::Any, &mut best, observer);
         if (found && query == Query::Any) || current == 0 {
             return best;
         }

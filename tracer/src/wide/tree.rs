@@ -100,7 +100,7 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
     /// What leaves refer to.
     #[inline(always)]
     pub(super) fn leaves(&self) -> Leaves<'_, P> {
-        Leaves { references: &self.references, groups: &self.groups }
+        Leaves { references: &self.references, groups: &self.groups, base: 0 }
     }
 
     /// The links of each node.
