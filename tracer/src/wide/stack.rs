@@ -55,9 +55,10 @@ fn run<const ANY: bool, P: RayTriangle, const W: usize, O: Observer>(
             let (entries, hits) = slab.entries(&node.planes, ray.t_min, best.t);
             let mut hit = [Entry { link: next, distance: 0.0 }; W];
             let mut count = 0;
-            for child in 0..node.children as usize {
+            let children = node.links.into_iter().zip(entries).take(node.children as usize);
+            for (child, (link, distance)) in children.enumerate() {
                 if hits >> child & 1 != 0 {
-                    let entry = Entry { link: node.links[child], distance: entries[child] };
+                    let entry = Entry { link, distance };
                     let mut place = count;
                     while place > 0 && hit[place - 1].distance > entry.distance {
                         hit[place] = hit[place - 1];
