@@ -315,3 +315,29 @@ fn pages_that_cannot_be_are_refused_and_the_smallest_and_largest_are_read() {
         assert_eq!(gpu.translation.expect("it has figures").tlb.page_bytes.to_string(), bytes);
     }
 }
+
+#[test]
+fn wrong_figures_of_a_ray_unit_are_refused() {
+    let text = BuiltinGpu::named("mali-g715").expect("it is built in").toml;
+    for (from, to, key, expectation) in [
+        ("scheduling = { value = \"warp\"", "scheduling = { value = \"wave\"", "expected `warp` or `ray`", "unknown variant"),
+        ("boxes_per_clock = { value = 4", "boxes_per_clock = { value = 0", "ray_unit.boxes_per_clock", "is 0"),
+        (
+            "triangles_per_clock = { value = 2",
+            "triangles_per_clock = { value = nan",
+            "ray_unit.triangles_per_clock",
+            "is NaN",
+        ),
+        ("rays_together = { value = 4", "rays_together = { value = 65", "ray_unit.rays_together", "1 to 64"),
+        ("path = { value = [\"lsc\", \"l2\"]", "path = { value = [\"l9\"]", "ray_unit.path", "'l9'"),
+        ("path = { value = [\"lsc\", \"l2\"]", "path = { value = [\"l2\", \"lsc\"]", "paths", ""),
+    ] {
+        assert!(text.contains(from), "the description has '{from}'");
+        let at = text.find(from).map_or(0, |at| text[..at].matches('\n').count() + 1);
+        let changed = text.replacen(from, to, 1);
+        let error = Gpu::parse(&changed, "my-gpu.toml").err().unwrap_or_else(|| panic!("'{to}' is refused"));
+        let error = error.to_string();
+        assert!(error.contains(key) && error.contains(expectation), "{error}");
+        assert!(key == "paths" || error.contains(&format!("my-gpu.toml:{at}")), "{error}");
+    }
+}
