@@ -320,8 +320,18 @@ fn pages_that_cannot_be_are_refused_and_the_smallest_and_largest_are_read() {
 fn wrong_figures_of_a_ray_unit_are_refused() {
     let text = BuiltinGpu::named("mali-g715").expect("it is built in").toml;
     for (from, to, key, expectation) in [
-        ("scheduling = { value = \"warp\"", "scheduling = { value = \"wave\"", "expected `warp` or `ray`", "unknown variant"),
-        ("boxes_per_clock = { value = 4", "boxes_per_clock = { value = 0", "ray_unit.boxes_per_clock", "is 0"),
+        (
+            "scheduling = { value = \"warp\"",
+            "scheduling = { value = \"wave\"",
+            "expected `warp` or `ray`",
+            "unknown variant",
+        ),
+        (
+            "boxes_per_clock = { value = 4",
+            "boxes_per_clock = { value = 0",
+            "ray_unit.boxes_per_clock",
+            "is 0",
+        ),
         (
             "triangles_per_clock = { value = 2",
             "triangles_per_clock = { value = nan",

@@ -41,15 +41,15 @@ impl<P: RayTriangle> Tree<P> {
             Traversal::BvhRestartTrail { bits: Some(bits), .. } => bits.max_depth(),
             _ => BvhOptions::MAX_DEPTH,
         };
-        let max_leaf = traversal.node_format().and_then(NodeFormat::leaf_triangles).unwrap_or(u32::MAX);
-        let options = BvhOptions { traversal_cost, intersection_cost, max_depth, max_leaf };
+        let options = BvhOptions { traversal_cost, intersection_cost, max_depth, ..BvhOptions::MOBILE };
+        let sah_costs = [traversal_cost, intersection_cost];
         let bvh = || Bvh::build_for(triangles, &options);
         Ok(match traversal {
             Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => Self::Bvh(bvh()),
             Traversal::WideStack { format: format @ NodeFormat::Full4 } => {
-                Self::Wide4(WideBvh::collapse(bvh(), format)?)
+                Self::Wide4(WideBvh::build_for(triangles, sah_costs, format)?)
             }
-            Traversal::WideStack { format } => Self::Wide8(WideBvh::collapse(bvh(), format)?),
+            Traversal::WideStack { format } => Self::Wide8(WideBvh::build_for(triangles, sah_costs, format)?),
             Traversal::BvhParentLink => {
                 let bvh = bvh();
                 let links = bvh::parent_link::ParentLinks::new(&bvh);

@@ -9,6 +9,7 @@ use proptest::test_runner::TestRunner;
 use scenes::{Instance, Triangle};
 use tracer::bvh::{self, Bvh, BvhOptions};
 use tracer::two_level::{MaskedInstance, TwoLevel};
+use tracer::wide::{NodeFormat, WideBvh};
 use tracer::{Hit, PlaneSlack, Query, Ray, RayTriangle, Silent, View, WatertightTriangle};
 use two_level_support::{COSTS, Scene, Space, Verdict, aims, scene, transform, verdict};
 
@@ -104,6 +105,29 @@ proptest! {
                 prop_assert!(any.is_hit() || !expected.is_hit() || !is_placed(&expected));
                 let expected = each_instance(&scene, &watertight, &ray, cull_mask);
                 prop_assert_eq!(watertight.trace(&ray, Query::Closest, cull_mask, &mut Silent), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn blases_of_any_width_and_format_have_the_hits_of_binary_ones(
+        scene in scene(transform()), aims in aims(), cull_mask: u8
+    ) {
+        type Blases<const W: usize> = TwoLevel<WatertightTriangle, WideBvh<WatertightTriangle, W>>;
+        let Scene { meshes, instances } = &scene;
+        let binary = TwoLevel::<WatertightTriangle>::build_for(meshes, instances, COSTS).unwrap();
+        let narrow = Blases::<4>::build_with(meshes, instances, COSTS, NodeFormat::Full4).unwrap();
+        let wide = [NodeFormat::Full8, NodeFormat::Compressed8, NodeFormat::Adreno8]
+            .map(|format| Blases::<8>::build_with(meshes, instances, COSTS, format).unwrap());
+        let flattened = scene.flattened();
+        for ray in aims.iter().map(|aim| aim.ray(&flattened)) {
+            let expected = binary.trace(&ray, Query::Closest, cull_mask, &mut Silent);
+            let is_hit = expected.is_hit();
+            prop_assert_eq!(narrow.trace(&ray, Query::Closest, cull_mask, &mut Silent), expected);
+            prop_assert_eq!(narrow.trace(&ray, Query::Any, cull_mask, &mut Silent).is_hit(), is_hit);
+            for structure in &wide {
+                prop_assert_eq!(structure.trace(&ray, Query::Closest, cull_mask, &mut Silent), expected);
+                prop_assert_eq!(structure.trace(&ray, Query::Any, cull_mask, &mut Silent).is_hit(), is_hit);
             }
         }
     }

@@ -4,36 +4,25 @@
 //! surface of the box are spread as those of the surface area heuristic are: evenly over its area, directions by the cosine.
 
 use super::sampling::Uniform;
-use crate::aabb::SlabRay;
-use crate::bvh::Bvh;
-use crate::bvh::stack::walk;
-use crate::observe::Silent;
-use crate::ray::{Hit, Ray};
-use crate::triangle::RayTriangle;
+use crate::aabb::Aabb;
+use crate::ray::Ray;
 use glam::Vec3;
 
 /// Lines: the standard error of a share is at most 0.5 / sqrt(1024) = 1.6 %.
 const LINES: u32 = 1024;
 
 /// Share of the random rays through the box of the root that meet the box of no leaf; `None` where the box has no area.
-pub(super) fn missed_leaves<P: RayTriangle>(bvh: &Bvh<P>) -> Option<f64> {
-    if bvh.root_bounds.half_area() <= 0.0 {
+pub(super) fn missed_leaves(bounds: &Aabb, meets_leaf: impl Fn(&Ray) -> bool) -> Option<f64> {
+    if bounds.half_area() <= 0.0 {
         return None;
     }
     let mut uniform = Uniform::new();
-    let missed = (0..LINES).filter(|_| !meets_leaf(bvh, &line(bvh, &mut uniform))).count();
+    let missed = (0..LINES).filter(|_| !meets_leaf(&line(bounds, &mut uniform))).count();
     Some(missed as f64 / f64::from(LINES))
 }
 
-fn meets_leaf<P: RayTriangle>(bvh: &Bvh<P>, ray: &Ray) -> bool {
-    let slab = SlabRay::new(ray, &bvh.slack);
-    let mut unused = Hit::miss(ray.t_max);
-    walk::<true, _>(bvh.pair_tree(), &slab, ray.t_min, &mut unused, &mut Silent, |_, _, _, _| true)
-}
-
 /// A line through the box of the root, from its surface inwards.
-fn line<P: RayTriangle>(bvh: &Bvh<P>, uniform: &mut Uniform) -> Ray {
-    let bounds = bvh.root_bounds;
+fn line(bounds: &Aabb, uniform: &mut Uniform) -> Ray {
     let extent = bounds.extent().as_dvec3();
     let areas = [extent.y * extent.z, extent.z * extent.x, extent.x * extent.y];
     let mut at = uniform.next() * bounds.half_area();

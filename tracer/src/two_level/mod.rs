@@ -9,6 +9,7 @@
 //! [`scenes::Scene::triangles`] lists them.
 
 mod advice;
+mod bottom_level;
 mod empty_space;
 mod overlap;
 mod sampling;
@@ -20,6 +21,7 @@ mod topology;
 mod transform;
 
 pub use advice::SMALL_BLAS_TRIANGLES;
+pub use bottom_level::BottomLevel;
 pub use statistics::{BlasStatistics, TwoLevelStatistics};
 pub use structure::{MaskedInstance, TwoLevel};
 pub use topology::{BlasTopology, TwoLevelTopology};

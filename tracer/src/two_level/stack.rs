@@ -1,28 +1,29 @@
 //! The traversal: that of a BVH with a full stack, for the TLAS and, at each of its leaves, for the BLAS of each instance.
 
+use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
 use crate::aabb::SlabRay;
-use crate::bvh::stack::{descend, walk};
+use crate::bvh::stack::walk;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
 
-pub(super) fn trace<P: RayTriangle, O: Observer>(
-    structure: &TwoLevel<P>,
+pub(super) fn trace<P: RayTriangle, T: BottomLevel<P>, O: Observer>(
+    structure: &TwoLevel<P, T>,
     ray: &Ray,
     query: Query,
     cull_mask: u8,
     observer: &mut O,
 ) -> Hit {
     match query {
-        Query::Closest => run::<false, P, O>(structure, ray, cull_mask, observer),
-        Query::Any => run::<true, P, O>(structure, ray, cull_mask, observer),
+        Query::Closest => run::<false, P, T, O>(structure, ray, cull_mask, observer),
+        Query::Any => run::<true, P, T, O>(structure, ray, cull_mask, observer),
     }
 }
 
 #[inline(never)]
-fn run<const ANY: bool, P: RayTriangle, O: Observer>(
-    structure: &TwoLevel<P>,
+fn run<const ANY: bool, P: RayTriangle, T: BottomLevel<P>, O: Observer>(
+    structure: &TwoLevel<P, T>,
     ray: &Ray,
     cull_mask: u8,
     observer: &mut O,
@@ -52,7 +53,7 @@ fn run<const ANY: bool, P: RayTriangle, O: Observer>(
                     stacked,
                 };
                 let ray = placed.object_ray(ray);
-                descend::<ANY, P, _>(&blas.tree, placed.first_primitive, &ray, best, &mut in_blas)
+                blas.tree.descend::<ANY, _>(placed.first_primitive, &ray, best, &mut in_blas)
             })
         },
     );

@@ -1,5 +1,6 @@
 //! What a structure costs a ray that is not known yet.
 
+use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
 use super::{empty_space, overlap};
 use crate::triangle::RayTriangle;
@@ -32,7 +33,7 @@ pub struct BlasStatistics {
     pub empty_share: Option<f64>,
 }
 
-impl<P: RayTriangle> TwoLevel<P> {
+impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
     /// Measures the structure: shares by samples of fixed size, so in linear time. The same on any machine and number of threads.
     pub fn statistics(&self) -> TwoLevelStatistics {
         let area = self.tlas.pair_tree().root_bounds.half_area();
@@ -41,10 +42,10 @@ impl<P: RayTriangle> TwoLevel<P> {
         for placed in &self.instances {
             counts[placed.mesh as usize] += 1;
         }
-        let blas = |(blas, instances): (&super::structure::Blas<P>, u64)| BlasStatistics {
+        let blas = |(blas, instances): (&super::structure::Blas<T>, u64)| BlasStatistics {
             instances,
             triangles: blas.tree.references().len() as u64,
-            empty_share: empty_space::missed_leaves(&blas.tree),
+            empty_share: empty_space::missed_leaves(&blas.tree.bounds(), |ray| blas.tree.meets_leaf(ray)),
         };
         TwoLevelStatistics {
             instances: self.instances.len() as u64,

@@ -1,11 +1,12 @@
 //! The structure and its construction.
 
+use super::bottom_level::BottomLevel;
 use super::stack;
 use super::tlas::Tlas;
 use super::transform::{Transform, WorldToObject};
 use crate::aabb::Aabb;
 use crate::accel::check_costs;
-use crate::bvh::{Bvh, BvhOptions, MAX_TRIANGLES};
+use crate::bvh::{Bvh, MAX_TRIANGLES};
 use crate::error::Error;
 use crate::observe::Observer;
 use crate::ray::{Hit, Query, Ray};
@@ -13,6 +14,7 @@ use crate::trace::Step;
 use crate::triangle::{PreparedTriangle, RayTriangle};
 use rayon::prelude::*;
 use scenes::{Instance, Triangle};
+use std::marker::PhantomData;
 
 /// A mesh placed in the world, and which rays see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +34,8 @@ impl From<Instance> for MaskedInstance {
 
 /// The BVH of a mesh, and where its numbers begin.
 #[derive(Clone)]
-pub(super) struct Blas<P: RayTriangle> {
-    pub(super) tree: Bvh<P>,
+pub(super) struct Blas<T> {
+    pub(super) tree: T,
     /// Id of the root; even.
     pub(super) first_node: u32,
     pub(super) first_reference: u32,
@@ -60,13 +62,14 @@ impl PlacedBlas {
     }
 }
 
-/// A BLAS per mesh and a TLAS over their instances, all of them binary BVHs whose nodes are fetched in pairs. The numbering of nodes,
-/// references and primitives is described in the [module's documentation](super).
+/// A BLAS per mesh and a TLAS over their instances. The TLAS is a binary BVH whose nodes are fetched in pairs, the BLASes are trees `T`, binary
+/// or wide. The numbering of nodes, references and primitives is described in the [module's documentation](super).
 #[derive(Clone)]
-pub struct TwoLevel<P: RayTriangle = PreparedTriangle> {
+pub struct TwoLevel<P: RayTriangle = PreparedTriangle, T: BottomLevel<P> = Bvh<P>> {
     pub(super) tlas: Tlas,
-    pub(super) blases: Vec<Blas<P>>,
+    pub(super) blases: Vec<Blas<T>>,
     pub(super) instances: Vec<PlacedBlas>,
+    triangles: PhantomData<P>,
 }
 
 impl TwoLevel {
@@ -84,22 +87,37 @@ impl TwoLevel {
 }
 
 impl<P: RayTriangle> TwoLevel<P> {
-    /// Builds a BLAS for each mesh with the SAH costs Ct and Ci, and the TLAS. Meshes may be empty, shared, or without an instance. The
-    /// same comes out on any number of threads.
+    /// [`TwoLevel::build_with`] binary BLASes.
     ///
     /// # Errors
-    /// Costs out of range; a corner that is not finite; an instance of a mesh that does not exist, or whose transform is not
-    /// finite, has no inverse in f32, or puts the mesh beyond f32; more triangles or nodes than ids can name.
+    /// As [`TwoLevel::build_with`].
     pub fn build_for(
         meshes: &[Vec<Triangle>],
         instances: &[MaskedInstance],
         sah_costs: [f64; 2],
     ) -> Result<Self, Error> {
+        Self::build_with(meshes, instances, sah_costs, ())
+    }
+}
+
+impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
+    /// Builds a BLAS for each mesh with the SAH costs Ct and Ci, and the TLAS. Meshes may be empty, shared, or without an instance. The
+    /// same comes out on any number of threads.
+    ///
+    /// # Errors
+    /// A mesh that the format of the BLASes cannot hold; costs out of range; a corner that is not finite; an instance of a mesh that does not exist, or whose transform is not
+    /// finite, has no inverse in f32, or puts the mesh beyond f32; more triangles or nodes than ids can name.
+    pub fn build_with(
+        meshes: &[Vec<Triangle>],
+        instances: &[MaskedInstance],
+        sah_costs: [f64; 2],
+        format: T::Format,
+    ) -> Result<Self, Error> {
         check_costs(sah_costs)?;
         check_sizes(meshes, instances)?;
-        let [traversal_cost, intersection_cost] = sah_costs;
-        let options = BvhOptions { traversal_cost, intersection_cost, ..BvhOptions::MOBILE };
-        let trees: Vec<Bvh<P>> = meshes.par_iter().map(|mesh| Bvh::build_for(mesh, &options)).collect();
+        let build = |mesh: &Vec<Triangle>| T::build(mesh, sah_costs, format);
+        let trees =
+            meshes.par_iter().map(build).collect::<Vec<_>>().into_iter().collect::<Result<Vec<T>, _>>()?;
 
         let mut placed = Vec::with_capacity(instances.len());
         let mut boxes = Vec::with_capacity(instances.len());
@@ -111,7 +129,7 @@ impl<P: RayTriangle> TwoLevel<P> {
             let refused = |why: String| Error::Options(format!("the transform of instance {number}: {why}"));
             let transform = Transform::new(transform).map_err(refused)?;
             let tree = &trees[*mesh as usize];
-            let bounds = transform.world_box(&tree.root_bounds);
+            let bounds = transform.world_box(&tree.bounds());
             if !(bounds.is_empty() || (bounds.min.is_finite() && bounds.max.is_finite())) {
                 return Err(refused(
                     "it puts the mesh beyond the largest f32; use smaller scales or translations".to_owned(),
@@ -141,7 +159,7 @@ impl<P: RayTriangle> TwoLevel<P> {
                 Step::MAX_ID + 1
             )));
         }
-        Ok(Self { tlas, blases, instances: placed })
+        Ok(Self { tlas, blases, instances: placed, triangles: PhantomData })
     }
 
     /// Traces one ray, which sees the instances whose mask has a bit in common with `cull_mask`. Nearer child first in either level;
@@ -165,9 +183,9 @@ impl<P: RayTriangle> TwoLevel<P> {
     }
 
     /// Most entries that the stack can have, with one to spare as in [`TraceHeader`](crate::TraceHeader): the depth of the TLAS and
-    /// that of the deepest BLAS below it.
+    /// what the neediest BLAS takes.
     pub fn stack_entries(&self) -> u32 {
-        let deepest = self.instances.iter().map(|placed| self.blas_of(placed).tree.depth()).max();
+        let deepest = self.instances.iter().map(|placed| self.blas_of(placed).tree.stack_entries()).max();
         self.tlas.depth + deepest.unwrap_or(0) + 1
     }
 
@@ -177,7 +195,7 @@ impl<P: RayTriangle> TwoLevel<P> {
         u64::from(self.tlas.node_count()) + blases.sum::<u64>()
     }
 
-    pub(super) fn blas_of(&self, placed: &PlacedBlas) -> &Blas<P> {
+    pub(super) fn blas_of(&self, placed: &PlacedBlas) -> &Blas<T> {
         &self.blases[placed.mesh as usize]
     }
 }

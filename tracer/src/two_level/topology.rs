@@ -1,5 +1,6 @@
 //! The shape of a two-level structure without its geometry.
 
+use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
 use crate::topology::{Topology, TopologyNode};
 use crate::triangle::RayTriangle;
@@ -30,7 +31,7 @@ pub struct BlasTopology {
     pub first_reference: u32,
 }
 
-impl<P: RayTriangle> TwoLevel<P> {
+impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
     /// Links, references and instances without geometry.
     pub fn topology(&self) -> TwoLevelTopology {
         let tree = self.tlas.pair_tree();
@@ -52,7 +53,7 @@ impl<P: RayTriangle> TwoLevel<P> {
                 .blases
                 .iter()
                 .map(|blas| BlasTopology {
-                    tree: Topology::of_bvh(&blas.tree),
+                    tree: blas.tree.topology(),
                     first_node: blas.first_node,
                     first_reference: blas.first_reference,
                 })

@@ -5,14 +5,32 @@ use super::format::NodeFormat;
 use super::quantise::Grid;
 use super::tree::{WideBvh, WideNode};
 use crate::aabb::Aabb;
-use crate::bvh::{Bvh, NodeRef};
+use crate::bvh::{Bvh, BvhOptions, NodeRef};
 use crate::error::Error;
 use crate::triangle::RayTriangle;
+use scenes::Triangle;
 
 /// A child of a wide node: its box and its links in the binary tree.
 type Member = (Aabb, NodeRef);
 
 impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
+    /// [`Self::collapse`] of a binary tree that is built for it with the SAH costs Ct and Ci.
+    ///
+    /// # Errors
+    /// As [`Self::collapse`].
+    ///
+    /// # Panics
+    /// As [`Bvh::build_for`].
+    pub fn build_for(
+        triangles: &[Triangle],
+        [traversal_cost, intersection_cost]: [f64; 2],
+        format: NodeFormat,
+    ) -> Result<Self, Error> {
+        let max_leaf = format.leaf_triangles().unwrap_or(u32::MAX);
+        let options = BvhOptions { traversal_cost, intersection_cost, max_leaf, ..BvhOptions::MOBILE };
+        Self::collapse(Bvh::build_for(triangles, &options), format)
+    }
+
     /// The tree of nodes in `format`, whose width is `W`, over the leaves of `binary`, which must not be larger than the format allows.
     ///
     /// # Errors

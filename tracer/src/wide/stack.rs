@@ -41,9 +41,23 @@ fn run<const ANY: bool, P: RayTriangle, const W: usize, O: Observer>(
     ray: &Ray,
     observer: &mut O,
 ) -> Hit {
+    let mut best = Hit::miss(ray.t_max);
+    descend::<ANY, P, W, O>(bvh, 0, ray, &mut best, observer);
+    best
+}
+
+/// Looks for a hit that is better than `best`, in which the tree's triangles have indices from `base`. Returns whether an
+/// any-hit query is answered.
+#[inline(always)]
+pub(crate) fn descend<const ANY: bool, P: RayTriangle, const W: usize, O: Observer>(
+    bvh: &WideBvh<P, W>,
+    base: u32,
+    ray: &Ray,
+    best: &mut Hit,
+    observer: &mut O,
+) -> bool {
     let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
-    let mut best = Hit::miss(ray.t_max);
     let mut stack = [const { MaybeUninit::<Entry>::uninit() }; CAPACITY];
     let mut top = 0;
     let mut next = NodeRef::inner(0, 0);
@@ -77,12 +91,12 @@ fn run<const ANY: bool, P: RayTriangle, const W: usize, O: Observer>(
                 next = hit[0].link;
                 continue;
             }
-        } else if leaf::intersect(bvh.leaves(), next, prepared, ANY, &mut best, observer) && ANY {
-            return best;
+        } else if leaf::intersect(bvh.leaves(base), next, prepared, ANY, best, observer) && ANY {
+            return true;
         }
         loop {
             if top == 0 {
-                return best;
+                return false;
             }
             top -= 1;
             observer.step(Op::Pop, top as u32);
@@ -95,4 +109,23 @@ fn run<const ANY: bool, P: RayTriangle, const W: usize, O: Observer>(
             }
         }
     }
+}
+
+/// Whether the ray meets the box of a leaf.
+pub(crate) fn meets_leaf<P: RayTriangle, const W: usize>(bvh: &WideBvh<P, W>, ray: &Ray) -> bool {
+    let slab = SlabRay::new(ray, &bvh.slack);
+    let mut open = vec![0];
+    while let Some(node) = open.pop() {
+        let node = &bvh.nodes[node as usize];
+        let (_, hits) = slab.entries(&node.planes, ray.t_min, ray.t_max);
+        for (child, link) in node.links.iter().take(node.children as usize).enumerate() {
+            if hits >> child & 1 != 0 {
+                if !link.is_inner() {
+                    return true;
+                }
+                open.push(link.link);
+            }
+        }
+    }
+    false
 }

@@ -97,10 +97,15 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
         (W as u32 - 1) * (self.depth + 1)
     }
 
-    /// What leaves refer to.
+    /// The box around the boxes of all leaves; empty without triangles.
+    pub fn bounds(&self) -> Aabb {
+        self.nodes[0].iter().fold(Aabb::EMPTY, |all, (bounds, _)| all.union(bounds))
+    }
+
+    /// What leaves refer to; the tree's first triangle has index `base` in hits.
     #[inline(always)]
-    pub(super) fn leaves(&self) -> Leaves<'_, P> {
-        Leaves { references: &self.references, groups: &self.groups, base: 0 }
+    pub(super) fn leaves(&self, base: u32) -> Leaves<'_, P> {
+        Leaves { references: &self.references, groups: &self.groups, base }
     }
 
     /// The links of each node.
