@@ -7,7 +7,7 @@ use crate::replay::{Maps, ReplayConfig, Replayed, replay};
 use crate::{Estimate, Gpu, estimate};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use tracer::{Accel, LoopStructure, NO_HIT, NodeFetch, Op, RayKind};
+use tracer::{Accel, LoopStructure, NO_HIT, NodeFetch, Op, RaySetId};
 
 fn run_on(source: &Recorded, config: &ReplayConfig) -> Replayed {
     replay(source, config, Maps::Kept, &|_, _| {}).expect("the mock is valid")
@@ -143,7 +143,7 @@ fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
     let hit = |ray: u32| if ray < 6 { ray } else { NO_HIT };
     let primary: Vec<MockRay> = (0..32).map(|ray| (vec![(Op::Node, 0)], hit(ray))).collect();
     let mut source = Recorded::list(Accel::Bvh, "stack", 64, &primary);
-    source.header.ray_sets.push(RayKind::Shadow);
+    source.header.ray_sets.push(RaySetId::shadow(0));
     // The shadow ray of pixel 5 misses the box of the scene: it takes no step.
     let shadow: Vec<MockRay> = (0..32_u32)
         .map(|ray| (if ray < 5 { vec![(Op::Node, 1), (Op::Node, 2)] } else { Vec::new() }, NO_HIT))

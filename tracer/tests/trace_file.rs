@@ -3,8 +3,8 @@
 use glam::Vec3;
 use std::path::Path;
 use tracer::{
-    AccelerationStructure, BuildOptions, EncodedTile, Error, FrameTracer, Rays, SceneIdentity, Tile,
-    TileSource, TraceFile, TraceWriter, Traversal, View,
+    AccelerationStructure, BuildOptions, EncodedTile, Error, FrameTracer, MAX_RAY_SETS, Rays, SceneIdentity,
+    Tile, TileSource, TraceFile, TraceWriter, Traversal, View,
 };
 
 fn with_tracer<R>(
@@ -214,9 +214,9 @@ fn what_a_reader_would_refuse_is_not_written() {
             &path,
         )
     };
-    let message = with_lights(64).expect_err("one set of rays too many").to_string();
-    assert!(message.contains("65 ray sets"), "{message}");
+    let message = with_lights(MAX_RAY_SETS).expect_err("one set of rays too many").to_string();
+    assert!(message.contains("1025 ray sets"), "{message}");
     assert!(!path.exists());
-    with_lights(63).expect("just enough");
+    with_lights(MAX_RAY_SETS - 1).expect("just enough");
     assert_eq!(read_all(&path).expect("it is read").1.len(), 1);
 }
