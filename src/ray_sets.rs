@@ -15,6 +15,9 @@ struct Named {
     asked: fn(&mut RaySelection) -> &mut bool,
 }
 
+/// Whether an option is of a set.
+type Whose = fn(&Named) -> bool;
+
 const NAMED: [Named; 6] = [
     Named {
         name: "hard-shadows",
@@ -73,7 +76,7 @@ impl RayRequest {
         let named = |name: &str| ray_sets.iter().any(|set| set == name);
         let sets = (!ray_sets.is_empty()).then(|| NAMED.map(|set| named(set.name)));
         let asked = |set: &Named| named(set.name) || features.choice(set.feature) == Some(Choice::In);
-        let needs: [(&str, bool, fn(&Named) -> bool); 4] = [
+        let needs: [(&str, bool, Whose); 4] = [
             ("--spp", spp.is_some(), |set| set.sampled),
             ("--ray-seed", ray_seed.is_some(), |set| set.sampled),
             ("--light-radius", light_radius.is_some(), |set| set.feature == Feature::SoftShadows),
@@ -130,9 +133,9 @@ pub(crate) fn with_forced(mut rays: RaySelection, features: Features) -> RaySele
 mod tests {
     use super::*;
 
-    fn request(args: FrameArgs) -> Result<RayRequest, String> {
+    fn request(args: &FrameArgs) -> Result<RayRequest, String> {
         let features = Features::new(&args.force, &args.leave_out).map_err(|error| error.to_string())?;
-        RayRequest::new(&args, features).map_err(|error| error.to_string())
+        RayRequest::new(args, features).map_err(|error| error.to_string())
     }
 
     fn sets(names: &[&str]) -> FrameArgs {
@@ -142,13 +145,13 @@ mod tests {
     #[test]
     fn a_list_replaces_what_the_scene_asks_for_and_nothing_else_does() {
         let scene = RaySelection { diffuse: true, samples: 4, seed: 9, ..RaySelection::default() };
-        assert_eq!(request(sets(&[])).expect("nothing is asked for").over(scene), scene);
-        let rays = request(sets(&["ao", "mirror"])).expect("sound").over(scene);
+        assert_eq!(request(&sets(&[])).expect("nothing is asked for").over(scene), scene);
+        let rays = request(&sets(&["ao", "mirror"])).expect("sound").over(scene);
         let expected =
             RaySelection { shadow: false, mirror: true, ambient_occlusion: true, diffuse: false, ..scene };
         assert_eq!(rays, expected);
         let more = FrameArgs { spp: Some(2), ray_seed: Some(1), ao_radius: Some(3.0), ..sets(&["ao"]) };
-        let rays = request(more).expect("sound").over(scene);
+        let rays = request(&more).expect("sound").over(scene);
         assert_eq!((rays.samples, rays.seed, rays.ambient_occlusion_radius), (2, 1, Some(3.0)));
     }
 
@@ -156,12 +159,12 @@ mod tests {
     fn options_of_sets_that_are_not_there_are_refused() {
         let spp = |names: &[&str]| FrameArgs { spp: Some(2), ..sets(names) };
         let light = |names: &[&str]| FrameArgs { light_radius: Some(2.0), ..sets(names) };
-        assert!(request(spp(&["mirror"])).expect_err("one sample").contains("--spp is of other sets"));
-        assert!(request(light(&["ao"])).expect_err("no light").contains("add one of soft-shadows"));
+        assert!(request(&spp(&["mirror"])).expect_err("one sample").contains("--spp is of other sets"));
+        assert!(request(&light(&["ao"])).expect_err("no light").contains("add one of soft-shadows"));
         for good in [spp(&["mirror", "glossy"]), light(&["soft-shadows"]), spp(&[]), light(&[])] {
-            request(good).expect("sound");
+            request(&good).expect("sound");
         }
-        request(FrameArgs { force: vec!["ao".to_owned()], ..spp(&["mirror"]) }).expect("forced in");
+        request(&FrameArgs { force: vec!["ao".to_owned()], ..spp(&["mirror"]) }).expect("forced in");
     }
 
     #[test]
@@ -169,13 +172,13 @@ mod tests {
         let spp = |spp| FrameArgs { spp: Some(spp), ..sets(&["ao"]) };
         let radius = |radius| FrameArgs { ao_radius: Some(radius), ..sets(&["ao"]) };
         for good in [spp(1), spp(64), radius(1e-30), radius(1e30)] {
-            request(good).expect("sound");
+            request(&good).expect("sound");
         }
         for bad in [spp(0), spp(65)] {
-            assert!(request(bad).expect_err("out of range").contains("expected 1 to 64 samples per pixel"));
+            assert!(request(&bad).expect_err("out of range").contains("expected 1 to 64 samples per pixel"));
         }
         for bad in [radius(0.0), radius(-1.0), radius(f32::NAN), radius(f32::INFINITY)] {
-            assert!(request(bad).expect_err("out of range").contains("--ao-radius"));
+            assert!(request(&bad).expect_err("out of range").contains("--ao-radius"));
         }
     }
 }

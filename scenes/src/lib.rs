@@ -20,7 +20,7 @@ mod rays;
 mod scene;
 pub mod scene_file;
 
-pub use builtin::{BUILTINS, Builtin, builtin};
+pub use builtin::{BUILTINS, Builtin, builtin, sin_cos};
 pub use camera::Camera;
 pub use error::Error;
 pub use geometry::{Aabb, Instance, Mesh, Normals, Triangle};

@@ -204,3 +204,131 @@ impl Caster<'_, '_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ray::NO_HIT;
+    use crate::{BuildOptions, PreparedTriangle, Traversal, View};
+
+    fn brute_force(triangles: &[Triangle], ray: &Ray) -> Hit {
+        let mut best = Hit::miss(ray.t_max);
+        for (primitive, triangle) in (0..).zip(triangles) {
+            if let Some((t, u, v)) = PreparedTriangle::from(triangle).intersect(ray, best.t)
+                && (t < best.t || primitive < best.primitive)
+            {
+                best = Hit { t, u, v, primitive };
+            }
+        }
+        best
+    }
+
+    /// What each set should hold of one pixel, ray by ray, without any tree.
+    struct Expected<'a> {
+        triangles: &'a [Triangle],
+        offset: RayOffset,
+        /// By set: whether anything is hit, and by closest-hit rays what; none where no ray is due.
+        answers: Vec<Option<u32>>,
+    }
+
+    impl Expected<'_> {
+        fn occlusion(&mut self, ray: Option<Ray>) {
+            let answer = |ray: Ray| if brute_force(self.triangles, &ray).is_hit() { 0 } else { NO_HIT };
+            self.answers.push(ray.map(answer));
+        }
+
+        fn closest(&mut self, from: &Departure, direction: Option<Vec3>, lights: &[Vec3]) {
+            let hit =
+                direction.map(|direction| brute_force(self.triangles, &Ray::new(from.origin, direction)));
+            self.answers.push(hit.map(|hit| hit.primitive));
+            for &light in lights {
+                let shadow = hit.zip(direction).filter(|(hit, _)| hit.is_hit()).map(|(hit, direction)| {
+                    let triangle = &self.triangles[hit.primitive as usize];
+                    self.offset.shadow_ray(triangle, hit.u, hit.v, direction, light)
+                });
+                self.occlusion(shadow);
+            }
+        }
+    }
+
+    #[test]
+    fn every_ray_hits_what_brute_force_finds() {
+        let cornell = scenes::builtin("cornell").expect("a built-in scene");
+        let triangles = cornell.triangles();
+        let lights = vec![Vec3::new(278.0, 500.0, 279.5), Vec3::new(100.0, 300.0, 100.0)];
+        let surfaces = (0..triangles.len()).map(|triangle| match triangle % 3 {
+            0 => ReflectionRays::Mirror,
+            1 => ReflectionRays::Glossy(0.35),
+            _ => ReflectionRays::None,
+        });
+        let rays = SecondaryRays {
+            seed: 11,
+            samples: 2,
+            soft_shadows: Some(SoftShadows { lights: lights.clone(), radius: 60.0 }),
+            reflections: Some(surfaces.collect()),
+            ambient_occlusion: Some(150.0),
+            diffuse: true,
+            lights: lights.clone(),
+        };
+        let structure =
+            AccelerationStructure::build(&triangles, Traversal::BvhStack, &BuildOptions::default())
+                .expect("it builds");
+        let offset = RayOffset::new(&triangles);
+        let scene = Scene { structure: &structure, triangles: &triangles, offset };
+        let view = View::new(&cornell.camera, 20, 20);
+        let (mut hits, mut misses) = (0, 0);
+        for pixel in 0..400_u32 {
+            let primary = view.primary_ray(pixel % 20, pixel / 20);
+            let hit = brute_force(&triangles, &primary);
+            let mut sets = vec![RaySet::default(); rays.ray_sets().len()];
+            rays.cast(&scene, u64::from(pixel), &hit, primary.direction, &mut sets).expect("few steps");
+            let mut expected = Expected { triangles: &triangles, offset, answers: Vec::new() };
+            if hit.is_hit() {
+                let from = scene.departure(&hit, primary.direction);
+                let point = |kind: RayKind, light: u32, sample: u32| {
+                    Points::new(11, u64::from(pixel), (kind as u32) << 24 | light).point(sample)
+                };
+                for (sample, light) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let point = point(RayKind::SoftShadow, light, sample);
+                    let target = point_of_sphere(lights[light as usize], 60.0, from.origin, point);
+                    expected.occlusion(Some(from.shadow_ray(target)));
+                }
+                for sample in [0, 1] {
+                    let point = point(RayKind::Reflection, 0, sample);
+                    let direction = match (hit.primitive % 3, sample) {
+                        (0, 0) => Some(mirror_reflection(primary.direction, from.normal)),
+                        (1, _) => Some(glossy_reflection(primary.direction, from.normal, 0.35, point)),
+                        _ => None,
+                    };
+                    expected.closest(&from, direction, &lights);
+                }
+                for sample in [0, 1] {
+                    let point = point(RayKind::AmbientOcclusion, 0, sample);
+                    let direction = cosine_weighted(from.normal, point);
+                    expected.occlusion(Some(Ray { t_max: 150.0, ..Ray::new(from.origin, direction) }));
+                }
+                for sample in [0, 1] {
+                    let direction = cosine_weighted(from.normal, point(RayKind::Diffuse, 0, sample));
+                    expected.closest(&from, Some(direction), &lights);
+                }
+            } else {
+                expected.answers.resize(sets.len(), None);
+            }
+            assert_eq!(expected.answers.len(), sets.len());
+            for ((set, id), expected) in sets.iter().zip(rays.ray_sets()).zip(expected.answers) {
+                let [found] = set.hits[..] else { panic!("one ray") };
+                assert_eq!(set.range(0).is_empty(), expected.is_none(), "{id:?} of pixel {pixel}");
+                let any_hit = !matches!(id.kind, RayKind::Reflection | RayKind::Diffuse);
+                match expected {
+                    Some(NO_HIT) => assert_eq!(found, NO_HIT, "{id:?} of pixel {pixel}"),
+                    Some(expected) if !any_hit => assert_eq!(found, expected, "{id:?} of pixel {pixel}"),
+                    Some(_) => assert!(found < NOT_CAST, "{id:?} of pixel {pixel}"),
+                    None => assert!(found >= NOT_CAST, "{id:?} of pixel {pixel}"),
+                }
+                hits += u32::from(found < NOT_CAST);
+                misses += u32::from(found == NO_HIT);
+            }
+        }
+        assert!(hits > 1000 && misses > 1000, "{hits} hits and {misses} misses");
+    }
+}

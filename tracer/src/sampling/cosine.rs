@@ -3,9 +3,8 @@
 //! Points of a disk, lifted onto the hemisphere (Malley). The disk is Shirley & Chiu's, "A Low Distortion Map Between Disk and Square",
 //! 1997, which keeps strata compact.
 
-use super::{above, to_world};
+use super::{above, on_circle, to_world};
 use glam::Vec3;
-use std::f32::consts::FRAC_PI_4;
 
 /// A unit direction above the surface with unit `normal`; the density is its cosine with the normal, over pi.
 pub(crate) fn cosine_weighted(normal: Vec3, point: [f32; 2]) -> Vec3 {
@@ -20,9 +19,8 @@ fn disk([u, v]: [f32; 2]) -> [f32; 2] {
     if a == 0.0 && b == 0.0 {
         return [0.0, 0.0];
     }
-    let (radius, angle) =
-        if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (a / b)) };
-    [radius * angle.cos(), radius * angle.sin()]
+    let (radius, turns) = if a.abs() > b.abs() { (a, b / a / 8.0) } else { (b, 0.25 - a / b / 8.0) };
+    on_circle(turns).map(|part| radius * part)
 }
 
 #[cfg(test)]

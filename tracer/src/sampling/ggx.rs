@@ -3,7 +3,7 @@
 //! The distribution is Walter et al. 2007's, with Disney's alpha, the square of the perceptual roughness. Normals are drawn as seen from the
 //! viewer by Dupuy & Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023.
 
-use super::{above, to_world};
+use super::{above, on_circle, to_world};
 use glam::Vec3;
 
 /// `incoming` (unit length) reflected at a microfacet of the surface with unit `normal`, which faces it; `roughness` is perceptual,
@@ -22,9 +22,9 @@ fn visible_normal(view: Vec3, alpha: f32, [u, v]: [f32; 2]) -> Vec3 {
     let above_view = (1.0 - v) * (1.0 + stretched.z);
     let height = above_view - stretched.z;
     let radius = (1.0 - height * height).clamp(0.0, 1.0).sqrt();
-    let (sine, cosine) = (u * std::f32::consts::TAU).sin_cos();
+    let [x, y] = on_circle(u);
     // `above_view` is height + view.z without cancellation: never 0, as v is below 1.
-    let half = Vec3::new(radius * cosine + stretched.x, radius * sine + stretched.y, above_view);
+    let half = Vec3::new(radius * x + stretched.x, radius * y + stretched.y, above_view);
     Vec3::new(half.x * alpha, half.y * alpha, half.z).normalize_or(Vec3::Z)
 }
 

@@ -18,6 +18,12 @@ use glam::Vec3;
 /// Least cosine of a direction with its normal: sixteen times what rounding can take from it.
 const LEAST_COSINE: f32 = 1.0 / (1 << 20) as f32;
 
+/// A point of the unit circle, from a part of its turn: the same bits on every machine.
+fn on_circle(turns: f32) -> [f32; 2] {
+    let (sine, cosine) = scenes::sin_cos(f64::from(turns));
+    [cosine as f32, sine as f32]
+}
+
 /// `direction`, mirrored at the surface with unit `normal` where it points below, and lifted off the surface where it grazes it.
 pub(crate) fn above(direction: Vec3, normal: Vec3) -> Vec3 {
     let cosine = direction.dot(normal);

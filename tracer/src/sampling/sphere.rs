@@ -1,5 +1,6 @@
 //! Points of a light that is a sphere, for soft shadows.
 
+use super::on_circle;
 use glam::Vec3;
 
 /// A point on the sphere around `centre`, uniform over the half that faces `seen_from`.
@@ -7,9 +8,9 @@ use glam::Vec3;
 /// Archimedes: the height of a uniform point is uniform. Points of the other half are mirrored through the centre.
 pub(crate) fn point_of_sphere(centre: Vec3, radius: f32, seen_from: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let height = 1.0 - 2.0 * v;
-    let (sine, cosine) = (u * std::f32::consts::TAU).sin_cos();
+    let [x, y] = on_circle(u);
     let around = (1.0 - height * height).max(0.0).sqrt();
-    let direction = Vec3::new(around * cosine, around * sine, height);
+    let direction = Vec3::new(around * x, around * y, height);
     let facing = if direction.dot(seen_from - centre) < 0.0 { -direction } else { direction };
     centre + facing * radius
 }
