@@ -195,14 +195,10 @@ fn only_surfaces_of_the_right_kind_reflect_and_mirrors_once() {
     let rays = all_kinds(world.triangles.len(), 2);
     let surfaces = rays.reflections.clone().expect("there are");
     let hits = world.hits(Traversal::BvhStack, rays);
-    let of = |ray: usize| match hits["primary 0 0"][ray] {
-        NO_HIT => None,
-        hit => Some(surfaces[hit as usize]),
-    };
     let mut seen = [0; 3];
-    for ray in 0..32 * 32 {
+    for (ray, &hit) in hits["primary 0 0"].iter().enumerate() {
         let sent = [0, 1].map(|sample| hits[&format!("reflection {sample} 0")][ray] != NOT_CAST);
-        let surface = of(ray);
+        let surface = (hit != NO_HIT).then(|| surfaces[hit as usize]);
         let expected = match surface {
             Some(ReflectionRays::Mirror) => [true, false],
             Some(ReflectionRays::Glossy(_)) => [true, true],
