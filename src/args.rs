@@ -420,7 +420,7 @@ pub(crate) enum Format {
 #[command(next_help_heading = "Frame")]
 pub(crate) struct FrameArgs {
     /// Acceleration structure [default: bvh].
-    #[arg(long, value_parser = PossibleValuesParser::new(["bvh", "kd", "grid"]))]
+    #[arg(long, value_parser = PossibleValuesParser::new(["bvh", "wide-bvh", "kd", "grid"]))]
     pub(crate) accel: Option<String>,
     /// How rays walk it; see `raybudget list traversals` [default: stack; of a grid: dda].
     #[arg(long, value_name = "T", value_parser = PossibleValuesParser::new(traversal_names()))]
@@ -434,6 +434,9 @@ pub(crate) struct FrameArgs {
     /// Tree: SAH cost of testing a triangle [default: 1.5].
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub(crate) ci: Option<f64>,
+    /// Wide BVH: children per node, and how their boxes are held [default: compressed-8].
+    #[arg(long, value_name = "FORMAT", value_parser = PossibleValuesParser::new(tracer::wide::NodeFormat::ALL.map(tracer::wide::NodeFormat::name)))]
+    pub(crate) node_format: Option<String>,
     /// Entries of the short stack of restart-trail and push-down [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) short_stack: Option<u32>,
@@ -505,6 +508,10 @@ pub(crate) struct MachineArgs {
     /// In which order nodes lie in memory [default: depth-first].
     #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
     pub(crate) node_order: Option<String>,
+    /// Who walks a wide BVH on a GPU with a ray unit: shaders (none), the unit with rays scheduled by warps or each by itself, or as the GPU's
+    /// description has it [default: gpu].
+    #[arg(long, value_name = "UNIT", value_parser = PossibleValuesParser::new(["gpu", "none", "warp", "ray"]))]
+    pub(crate) ray_unit: Option<String>,
     /// How time is found: warps in turns and what they ask of each resource, a sample of these, or event by event, slower [default: replay].
     #[arg(long, value_name = "RUNG", value_parser = PossibleValuesParser::new(rungs()))]
     pub(crate) fidelity: Option<String>,

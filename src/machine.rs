@@ -5,8 +5,8 @@ use crate::figures::with_figures;
 use crate::output::read_text;
 use anyhow::{anyhow, bail};
 use gpumodel::{
-    Fidelity, GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, ReplayConfig, ShaderCosts,
-    TECHNIQUES, Technique,
+    Fidelity, GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, RayScheduling,
+    ReplayConfig, ShaderCosts, TECHNIQUES, Technique,
 };
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
@@ -48,10 +48,12 @@ impl Machine {
             primitive_order,
             node_records,
             node_order,
+            ray_unit,
             fidelity,
             costs,
         } = args;
-        let (gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
+        let (mut gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
+        set_ray_unit(&mut gpu, ray_unit.as_deref())?;
         let technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
         let primitive_layout = choice(
             "--layout",
@@ -96,6 +98,27 @@ impl Machine {
         };
         Ok(Self { config, gpu_name, gpu_hash, costs_hash, sampled })
     }
+}
+
+/// Takes the ray unit of a GPU away, or schedules its rays in another way.
+fn set_ray_unit(gpu: &mut Gpu, choice: Option<&str>) -> anyhow::Result<()> {
+    match choice {
+        None | Some("gpu") => {}
+        Some("none") => gpu.ray_unit = None,
+        Some(name) => {
+            let Some(scheduling) = RayScheduling::from_name(name) else {
+                bail!("--ray-unit {name}: no such choice; use one of: gpu, none, warp, ray");
+            };
+            let Some(unit) = &mut gpu.ray_unit else {
+                bail!(
+                    "--ray-unit {name}: {} has no [ray_unit]; use none, or a GPU that has one, such as mali-g715",
+                    gpu.name()
+                );
+            };
+            unit.scheduling = scheduling;
+        }
+    }
+    Ok(())
 }
 
 /// The value of an option with a closed set of names.

@@ -169,6 +169,7 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
             .to_owned(),
         node_records: machine.config.node_records.name().to_owned(),
         node_order: machine.config.node_order.name().to_owned(),
+        ray_unit: machine.config.gpu.ray_unit_for(header).map(|unit| unit.scheduling.name().to_owned()),
         width,
         height,
         seed: None,
@@ -183,6 +184,7 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
         sah_costs: header.sah_costs,
         short_stack: header.short_stack,
         trail_bits: header.trail_bits,
+        node_format: header.node_format.map(|format| format.name().to_owned()),
     }
 }
 

@@ -6,6 +6,7 @@ use crate::ray_sets::RayRequest;
 use anyhow::{anyhow, bail};
 use tracer::bvh::restart_trail::TrailBits;
 use tracer::kd::{FlatCells, KdOptions, Splits};
+use tracer::wide::NodeFormat;
 use tracer::{Accel, BuildOptions, Traversal, TriangleTest};
 
 /// Longest side of an image: what the described GPUs can render to (Vulkan's maxImageDimension2D on Adreno 5xx).
@@ -70,6 +71,7 @@ impl FrameSettings {
             size,
             ct,
             ci,
+            node_format,
             short_stack,
             trail_bits,
             force,
@@ -86,15 +88,24 @@ impl FrameSettings {
             max_depth,
         } = args;
         let accel = match accel.as_deref() {
+            Some("wide-bvh") => Accel::WideBvh,
             Some("kd") => Accel::Kd,
             Some("grid") => Accel::Grid,
             _ => Accel::Bvh,
         };
         let plain_traversal = match accel {
-            Accel::Bvh | Accel::Kd => "stack",
+            Accel::Bvh | Accel::WideBvh | Accel::Kd => "stack",
             Accel::Grid => "dda",
         };
         let mut traversal = Traversal::named(accel, traversal.as_deref().unwrap_or(plain_traversal))?;
+        if let Some(name) = node_format {
+            let Traversal::WideStack { format } = &mut traversal else {
+                bail!("--node-format is an option of wide BVHs; add --accel wide-bvh, or leave it out");
+            };
+            let names = NodeFormat::ALL.map(NodeFormat::name).join(", ");
+            *format = NodeFormat::from_name(name)
+                .ok_or_else(|| anyhow!("--node-format {name}: no such one; use: {names}"))?;
+        }
         set_short_stack(&mut traversal, *short_stack, trail_bits.as_deref())?;
 
         let kd_options = [
@@ -222,6 +233,7 @@ mod tests {
         };
         refused(FrameArgs { splits: text("perfect"), ..Default::default() }, "--accel kd");
         refused(FrameArgs { max_depth: Some(9), ..Default::default() }, "--accel kd");
+        refused(FrameArgs { node_format: text("full-4"), ..Default::default() }, "--accel wide-bvh");
         refused(FrameArgs { short_stack: Some(4), ..Default::default() }, "--short-stack");
         refused(
             FrameArgs {
@@ -249,6 +261,7 @@ mod tests {
         for (accel, expected) in [
             (None, Traversal::BvhStack),
             (Some("bvh"), Traversal::BvhStack),
+            (Some("wide-bvh"), Traversal::WideStack { format: NodeFormat::Compressed8 }),
             (Some("kd"), Traversal::KdStack),
             (Some("grid"), Traversal::GridDda),
         ] {

@@ -2,8 +2,9 @@
 
 use crate::args::{FrameArgs, MachineArgs};
 use anyhow::{anyhow, bail};
-use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, TECHNIQUES};
-use tracer::Traversal;
+use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, RayScheduling, TECHNIQUES};
+use tracer::wide::NodeFormat;
+use tracer::{Accel, Traversal};
 
 /// Costs Ct and Ci of Sousa et al. 2019: the chosen ones, and around them the three that their charts compare them with.
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
@@ -18,12 +19,14 @@ pub(crate) enum Axis {
     Traversal,
     CtCi,
     ShortStack,
+    NodeFormat,
     Gpu,
     Technique,
     Layout,
     PrimitiveOrder,
     NodeRecords,
     NodeOrder,
+    RayUnit,
     /// A figure of the GPU's description, by its dotted key.
     Figure(String),
 }
@@ -45,16 +48,18 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 9] = [
+    const NAMED: [Self; 11] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
+        Self::NodeFormat,
         Self::Gpu,
         Self::Technique,
         Self::Layout,
         Self::PrimitiveOrder,
         Self::NodeRecords,
         Self::NodeOrder,
+        Self::RayUnit,
     ];
 
     /// Its name on the command line.
@@ -63,12 +68,14 @@ impl Axis {
             Self::Traversal => "traversal",
             Self::CtCi => "ct-ci",
             Self::ShortStack => "short-stack",
+            Self::NodeFormat => "node-format",
             Self::Gpu => "gpu",
             Self::Technique => "technique",
             Self::Layout => "layout",
             Self::PrimitiveOrder => "primitive-order",
             Self::NodeRecords => "node-records",
             Self::NodeOrder => "node-order",
+            Self::RayUnit => "ray-unit",
             Self::Figure(key) => key,
         }
     }
@@ -80,12 +87,14 @@ impl Axis {
             Self::Traversal => Traversal::ALL.map(traversal_name).into(),
             Self::CtCi => owned(&COSTS),
             Self::ShortStack => owned(&["0", "1", "2", "4"]),
+            Self::NodeFormat => owned(&NodeFormat::ALL.map(NodeFormat::name)),
             Self::Gpu => GPUS.iter().map(|gpu| gpu.name.to_owned()).collect(),
             Self::Technique => TECHNIQUES.iter().map(|technique| technique.name.to_owned()).collect(),
             Self::Layout => owned(&PrimitiveLayout::ALL.map(PrimitiveLayout::name)),
             Self::PrimitiveOrder => owned(&PrimitiveOrder::ALL.map(PrimitiveOrder::name)),
             Self::NodeRecords => owned(&NodeRecords::ALL.map(NodeRecords::name)),
             Self::NodeOrder => owned(&NodeOrder::ALL.map(NodeOrder::name)),
+            Self::RayUnit => owned(&["none", "warp", "ray"]),
             Self::Figure(key) => {
                 bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128")
             }
@@ -122,12 +131,14 @@ impl Axis {
                     anyhow!("--vary short-stack={value}: expected a number of entries, such as 4")
                 })?);
             }
+            Self::NodeFormat => frame.node_format = given,
             Self::Gpu => machine.gpu = given,
             Self::Technique => machine.technique = given,
             Self::Layout => machine.layout = given,
             Self::PrimitiveOrder => machine.primitive_order = given,
             Self::NodeRecords => machine.node_records = given,
             Self::NodeOrder => machine.node_order = given,
+            Self::RayUnit => machine.ray_unit = given,
             Self::Figure(key) => machine.set.push(format!("{key}={value}")),
         }
         Ok(())
@@ -227,12 +238,22 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     let traversal = point.frame.traversal.as_deref().unwrap_or("stack");
     let pairs = accel == "bvh" && traversal != "parent-link";
     let has_short_stack = matches!(traversal, "restart-trail" | "push-down");
-    let FrameArgs { ct, ci, trail_bits, splits, flat_cells, empty_bonus, max_depth, .. } = &point.frame;
+    let is_wide = accel == Accel::WideBvh.name();
+    let of_machine = |value: &Option<String>, name: &str| value.as_deref() == Some(name);
+    let unit = point.machine.ray_unit.as_deref().and_then(RayScheduling::from_name);
+    let FrameArgs { ct, ci, node_format, trail_bits, splits, flat_cells, empty_bonus, max_depth, .. } =
+        &point.frame;
     let of_kd = splits.is_some() || flat_cells.is_some() || empty_bonus.is_some() || max_depth.is_some();
     if accel == "grid" && (ct.is_some() || ci.is_some()) {
         Some("a grid is not built by costs")
-    } else if point.machine.node_records.as_deref() == Some(NodeRecords::ChildBoxes.name()) && !pairs {
+    } else if of_machine(&point.machine.node_records, NodeRecords::ChildBoxes.name()) && !pairs {
         Some("only traversals that test siblings together have the boxes of both children in one record")
+    } else if node_format.is_some() && !is_wide {
+        Some("only nodes of wide BVHs have a format")
+    } else if is_wide && of_machine(&point.machine.node_order, NodeOrder::VanEmdeBoas.name()) {
+        Some("it parts the children of a wide node, which follow each other")
+    } else if unit.is_some() && !is_wide {
+        Some("ray units walk wide BVHs alone")
     } else if point.frame.short_stack.is_some() && !has_short_stack {
         Some("only restart-trail and push-down have a short stack")
     } else if trail_bits.is_some() && traversal != "restart-trail" {

@@ -32,6 +32,10 @@ TRAVERSALS = {
     "kd-push-down-short": KD,
     "kd-backtrack": KD | {"node": 3, "up": 3},
     "grid-dda": KD,
+    "wide-full-4": BVH | STACK | {"node": 8},
+    "wide-full-8": BVH | STACK | {"node": 16},
+    "wide-compressed-8": BVH | STACK | {"node": 5},
+    "wide-adreno-8": BVH | STACK | {"node": 4},
 }
 STEPS = ["setup", "start", "loop", "node", "leaf", "up", "restart", "push", "pop", "primitive"]
 FLOW = {"br", "jump", "end"}

@@ -20,6 +20,8 @@ mod mock;
 mod prepared;
 pub mod queueing;
 mod random;
+#[cfg(test)]
+mod ray_units;
 mod replay;
 mod sampled;
 mod schedule;
@@ -30,9 +32,9 @@ mod workshop;
 
 pub use config::{
     Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu,
-    Identity, LoadStore, Output, Paths, Present, Provenance, Raster, Registers, Scheduler, ShaderCores,
-    ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation,
-    TraversalCosts,
+    Identity, LoadStore, Output, Paths, Present, Provenance, Raster, RayQueryCosts, RayScheduling, RayUnit,
+    Registers, Scheduler, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique,
+    TextureUnit, Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

@@ -53,6 +53,7 @@ impl Recorded {
             forced: Vec::new(),
             accel,
             traversal: traversal.to_owned(),
+            node_format: None,
             node_fetch: NodeFetch::Single,
             loop_structure: LoopStructure::WhileWhile,
             stack_entries: 0,

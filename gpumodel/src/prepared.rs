@@ -6,9 +6,9 @@ use crate::error::Error;
 use crate::geometry;
 use crate::interleave::{Interleaver, KindPaths};
 use crate::layout::Buffers;
-use crate::replay::{Maps, ReplayConfig};
+use crate::replay::{Fidelity, Maps, ReplayConfig};
 use crate::schedule::{LaneMap, resident_warps};
-use crate::warp::Program;
+use crate::warp::{Program, Walk};
 use cachesim::Hierarchy;
 use std::sync::Arc;
 use tracer::{TileSource, TraceHeader};
@@ -18,8 +18,10 @@ pub(crate) struct Prepared<'a> {
     pub(crate) config: &'a ReplayConfig,
     pub(crate) program: Arc<Program>,
     pub(crate) lane_map: LaneMap,
+    pub(crate) walk: Walk,
     /// Of each core.
     pub(crate) resident_warps: u32,
+    by_ray_unit: bool,
 }
 
 impl<'a> Prepared<'a> {
@@ -32,17 +34,26 @@ impl<'a> Prepared<'a> {
         }
         let gpu = &config.gpu;
         let resident_warps = resident_warps(gpu, registers(header, config)?, header)?;
-        let (hierarchy, paths) = caches(gpu)?;
+        let by_ray_unit = gpu.ray_unit_for(header).is_some();
+        if by_ray_unit && config.fidelity == Fidelity::Timed {
+            return Err(Error::Trace {
+                scene: header.scene.clone(),
+                problem: "a ray unit walks its structure, which is not simulated event by event".to_owned(),
+                remedy: "use --fidelity replay, or --ray-unit none".to_owned(),
+            });
+        }
+        let (hierarchy, paths) = caches(gpu, by_ray_unit)?;
         let buffers = Buffers::new(
             source,
             config,
             gpu.cores.count * resident_warps,
-            hierarchy.granule(paths.ssbo),
+            hierarchy.granule(paths.traversal),
             hierarchy.granule(paths.private),
         )?;
         let program = Arc::new(Program::new(header, buffers, config)?);
         let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
-        Ok(Self { config, program, lane_map, resident_warps })
+        let walk = Walk::new(header, source.topology(), config);
+        Ok(Self { config, program, lane_map, walk, resident_warps, by_ray_unit })
     }
 
     /// Empty cores and cold caches, on the rung [`Fidelity::Replay`](crate::Fidelity).
@@ -50,10 +61,10 @@ impl<'a> Prepared<'a> {
     /// # Errors
     /// When the GPU's caches cannot be as described.
     pub(crate) fn interleaver(&self) -> Result<Interleaver, Error> {
-        let Self { config: ReplayConfig { gpu, .. }, program, resident_warps, .. } = self;
-        let (hierarchy, paths) = caches(gpu)?;
+        let Self { config, program, resident_warps, .. } = self;
+        let (hierarchy, paths) = caches(&config.gpu, self.by_ray_unit)?;
         let places = program.buffers.places();
-        Ok(Interleaver::new(gpu, hierarchy, paths, places, *resident_warps, Maps::Dropped))
+        Ok(Interleaver::new(&config.gpu, hierarchy, paths, places, *resident_warps, Maps::Dropped))
     }
 
     /// Whether one copy of the last cache before memory has room for all buffers.
@@ -78,7 +89,7 @@ impl<'a> Prepared<'a> {
     /// When the GPU's caches or memory cannot be as described.
     pub(crate) fn engine(&self, maps: Maps) -> Result<Engine, Error> {
         let Self { config, program, resident_warps, .. } = self;
-        let (hierarchy, paths) = caches(&config.gpu)?;
+        let (hierarchy, paths) = caches(&config.gpu, self.by_ray_unit)?;
         let places = program.buffers.places();
         let mut engine =
             Engine::new(config.fidelity, &config.gpu, hierarchy, paths, places, *resident_warps, maps)?;
@@ -89,7 +100,7 @@ impl<'a> Prepared<'a> {
     }
 }
 
-fn caches(gpu: &Gpu) -> Result<(Hierarchy, KindPaths), Error> {
+fn caches(gpu: &Gpu, by_ray_unit: bool) -> Result<(Hierarchy, KindPaths), Error> {
     let refused = |error: cachesim::Error| Error::Config {
         file: gpu.name().to_owned(),
         line: None,
@@ -98,11 +109,14 @@ fn caches(gpu: &Gpu) -> Result<(Hierarchy, KindPaths), Error> {
         remedy: "correct [paths]".to_owned(),
     };
     let (hierarchy, ids) = gpu.hierarchy().map_err(refused)?;
-    Ok((hierarchy, KindPaths::new(&ids)))
+    Ok((hierarchy, KindPaths::new(&ids, by_ray_unit)))
 }
 
 /// Registers of four words per lane, those of a short stack among them.
 fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u32, Error> {
+    if config.gpu.ray_unit_for(header).is_some() {
+        return Ok(config.costs.ray_query.registers);
+    }
     let short_stack = (u64::from(header.short_stack) * 8).div_ceil(16);
     Ok(config.costs.traversal(header)?.registers.saturating_add(short_stack as u32))
 }

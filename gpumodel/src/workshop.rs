@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::prepared::Prepared;
 use crate::replay::{Maps, refuse};
 use crate::schedule::LaneMap;
-use crate::warp::{Emitter, Program, Stepper, TileStreams, TreeTurns};
+use crate::warp::{Emitter, Program, Stepper, TileStreams, TreeTurns, Walk};
 use std::sync::{Arc, Mutex, PoisonError};
 use tracer::{Tile, TileDraw, TileRect, TileSource, TraceHeader};
 
@@ -40,6 +40,7 @@ pub(crate) struct Workshop<'a> {
 
 struct Shape {
     lane_map: LaneMap,
+    walk: Walk,
     /// Ray sets that any of its variants traces.
     wanted: Vec<bool>,
     variants: Vec<Sharer>,
@@ -71,15 +72,16 @@ impl<'a> Workshop<'a> {
                 let tree_of = earlier.iter().filter(leads).find(alike).map(|leader| leader.variant);
                 Sharer { variant: index, tree_of }
             };
-            match shapes.iter_mut().find(|shape| shape.lane_map == variant.lane_map) {
+            let alike = |shape: &&mut Shape| shape.lane_map == variant.lane_map && shape.walk == variant.walk;
+            match shapes.iter_mut().find(alike) {
                 Some(shape) => {
                     let sharer = sharer(&shape.variants);
                     shape.variants.push(sharer);
                     shape.wanted.iter_mut().zip(wanted).for_each(|(any, this)| *any |= this);
                 }
                 None => {
-                    let lane_map = variant.lane_map.clone();
-                    shapes.push(Shape { lane_map, wanted, variants: vec![sharer(&[])] });
+                    let (lane_map, walk) = (variant.lane_map.clone(), variant.walk.clone());
+                    shapes.push(Shape { lane_map, walk, wanted, variants: vec![sharer(&[])] });
                 }
             }
         }
@@ -119,14 +121,14 @@ impl<'a> Workshop<'a> {
         let rect = self.header.frame.tile(index);
         check(self.header, tile, rect.width * rect.height)?;
         let mut streams: Vec<Option<TileStreams>> = self.programs.iter().map(|_| None).collect();
-        for Shape { lane_map, wanted, variants } in &self.shapes {
+        for Shape { lane_map, walk, wanted, variants } in &self.shapes {
             let emit = |warp: &crate::warp::WarpSteps| {
                 variants.iter().try_for_each(|&Sharer { variant, .. }| {
                     emitters[variant].trace(&self.programs[variant], warp, index, rect)
                 })
             };
             let tally = stepper
-                .run(self.header, wanted, lane_map, (tile, rect), emit)
+                .run(self.header, (walk, wanted), lane_map, (tile, rect), emit)
                 .map_err(|problem| refuse(self.header, problem))?;
             for &Sharer { variant, tree_of } in variants {
                 let tree = tree_of.and_then(|leader| streams[leader].as_ref()).map(|leader| &leader.tree);

@@ -76,6 +76,9 @@ pub struct Inputs {
     /// Order of the nodes in memory.
     #[serde(default)]
     pub node_order: String,
+    /// How the ray unit that walks the structure schedules its rays; none where shaders walk it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ray_unit: Option<String>,
     /// Pixels per row; none for a list of rays.
     pub width: Option<u32>,
     /// Rows of pixels; none for a list of rays.
@@ -97,6 +100,9 @@ pub struct Inputs {
     pub short_stack: u32,
     /// Bits of the restart trail, where there is one.
     pub trail_bits: Option<u32>,
+    /// What the nodes of a wide BVH hold; none for any other structure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node_format: Option<String>,
 }
 
 /// Xxh3 hashes (64 bits, 16 hexadecimal digits).

@@ -78,7 +78,7 @@ fn heading(out: &mut String, tool: &str, inputs: &Inputs, style: Style) {
         inputs.samples_per_pixel.map_or(String::new(), |samples| format!(", {samples} samples per pixel")),
         inputs.accel,
         inputs.traversal,
-        trail(inputs),
+        details(inputs),
         inputs.sah_costs[0],
         inputs.sah_costs[1],
         inputs.layout,
@@ -93,8 +93,10 @@ fn heading(out: &mut String, tool: &str, inputs: &Inputs, style: Style) {
     );
 }
 
-fn trail(inputs: &Inputs) -> String {
+fn details(inputs: &Inputs) -> String {
     let mut parts = Vec::new();
+    parts.extend(inputs.node_format.as_ref().map(|format| format!("{format} nodes")));
+    parts.extend(inputs.ray_unit.as_ref().map(|unit| format!("ray unit by {unit}")));
     parts.extend(inputs.trail_bits.map(|bits| format!("{bits}-bit trail")));
     if inputs.short_stack > 0 {
         parts.push(format!("short stack of {}", inputs.short_stack));

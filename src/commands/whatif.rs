@@ -93,7 +93,11 @@ fn every_change(header: &TraceHeader) -> anyhow::Result<Vec<Variation>> {
             value == gpumodel::NodeRecords::Padded.name()
                 || (pairs && value == gpumodel::NodeRecords::ChildBoxes.name())
         }
-        Axis::NodeOrder => value != gpumodel::NodeOrder::default().name(),
+        Axis::NodeOrder => {
+            // It parts the children of a wide node, which follow each other.
+            let parts = header.node_format.is_some() && value == gpumodel::NodeOrder::VanEmdeBoas.name();
+            value != gpumodel::NodeOrder::default().name() && !parts
+        }
         Axis::Technique => {
             // The first is the default; those that rasterise need to know what a rasteriser draws.
             value == "compute" || (header.raster && value.starts_with("hybrid"))

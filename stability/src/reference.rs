@@ -33,6 +33,7 @@ impl<'a> Reference<'a> {
                     let [a, b] = [boxes[left as usize], boxes[left as usize + 1]];
                     [a[0].min(b[0]), a[1].max(b[1])]
                 }
+                TopologyNode::Wide { .. } => unreachable!("the tree is binary"),
                 TopologyNode::Leaf { first, count } => {
                     let references = &topology.references[first as usize..][..count as usize];
                     let corners = references.iter().flat_map(|&triangle| triangles[triangle as usize].v);
@@ -66,6 +67,7 @@ impl<'a> Reference<'a> {
                     let a_is_nearer = matches!((a, b), (Some(a), Some(b)) if a.0 < b.0);
                     open.extend(if a_is_nearer { [b, a] } else { [a, b] }.into_iter().flatten());
                 }
+                TopologyNode::Wide { .. } => unreachable!("the tree is binary"),
                 TopologyNode::Leaf { first, count } => {
                     for &triangle in &self.topology.references[first as usize..][..count as usize] {
                         let Some(found) = crossing(ray, &self.triangles[triangle as usize]) else { continue };

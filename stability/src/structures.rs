@@ -81,7 +81,7 @@ impl Structure {
 fn most_trips(traversal: Traversal, topology: &Topology, depth: u32) -> u64 {
     let nodes = topology.nodes.len() as u64;
     match traversal {
-        Traversal::BvhStack | Traversal::KdStack | Traversal::GridDda => nodes,
+        Traversal::BvhStack | Traversal::WideStack { .. } | Traversal::KdStack | Traversal::GridDda => nodes,
         Traversal::BvhParentLink | Traversal::KdBacktrack => 2 * nodes,
         Traversal::BvhRestartTrail { .. } | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
             // A restart also follows decisions whose other child has been culled since.

@@ -73,7 +73,7 @@ fn the_view_in_json_follows_from_the_counters_beside_it() {
         let has_reason = counter["reason"].as_str().is_some_and(|reason| !reason.is_empty());
         assert_eq!(counter["value"].is_null(), has_reason, "{name}");
     }
-    assert_eq!(view["counters"]["MaliRTURay"]["reason"], "no ray unit is modelled");
+    assert_eq!(view["counters"]["MaliRTURay"]["reason"], "no ray unit walks the structure");
     let passes = view["passes"].as_array().expect("passes");
     assert_eq!(passes.len(), report["passes"].as_array().expect("passes").len());
     let sum: f64 = passes.iter().filter_map(|pass| pass["counters"]["MaliLSIssueCy"].as_f64()).sum();

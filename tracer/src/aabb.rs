@@ -67,6 +67,8 @@ const LARGEST_SLACK: f32 = 1.0 / 16.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneSlack {
     scene: Aabb,
+    /// Half thickness per distance.
+    per_reach: f32,
     largest: f32,
 }
 
@@ -80,7 +82,12 @@ impl PlaneSlack {
             Some(_) => LARGEST_SLACK * *extents.select_nth_unstable_by(middle, f32::total_cmp).1,
             None => 0.0,
         };
-        Self { scene, largest }
+        Self { scene, per_reach: SLACK, largest }
+    }
+
+    /// The same rule with `factor` times the thickness up to the same limit, for hits that are found with larger errors.
+    pub(crate) fn thicker(self, factor: f32) -> Self {
+        Self { per_reach: factor * self.per_reach, ..self }
     }
 
     /// The box around all triangles.
@@ -97,7 +104,7 @@ impl PlaneSlack {
     pub fn at(&self, origin: Vec3) -> f32 {
         let Aabb { min, max } = self.scene;
         let reach = (min - origin).abs().max((max - origin).abs()).max_element();
-        (SLACK * reach).min(self.largest)
+        (self.per_reach * reach).min(self.largest)
     }
 }
 
@@ -157,6 +164,32 @@ impl SlabRay {
         (entry, exit)
     }
 
+    /// [`SlabRay::entry_exit`] of `W` boxes at once: where each is entered, and in bit `i` whether box `i` is hit. `planes` holds the lower planes
+    /// of all boxes in x, y and z, then the upper ones.
+    #[inline(always)]
+    pub(crate) fn entries<const W: usize>(
+        &self,
+        planes: &[[f32; W]; 6],
+        t_min: f32,
+        t_max: f32,
+    ) -> ([f32; W], u32) {
+        let (mut entries, mut exits) = ([t_min; W], [-t_max; W]);
+        for axis in 0..3 {
+            let (near, far) = if self.negative[axis] { (axis + 3, axis) } else { (axis, axis + 3) };
+            let [near_origin, far_origin] = self.origins[axis];
+            for lane in 0..W {
+                entries[lane] =
+                    larger((planes[near][lane] - near_origin) * self.inverse[axis], entries[lane]);
+                exits[lane] = larger(-((planes[far][lane] - far_origin) * self.inverse[axis]), exits[lane]);
+            }
+        }
+        let mut hits = 0;
+        for lane in 0..W {
+            hits |= u32::from(entries[lane] <= -exits[lane]) << lane;
+        }
+        (entries, hits)
+    }
+
     /// [`SlabRay::entry_exit`] of two boxes at once: entry and exit of the left one, then of the right one, bit for bit as
     /// the single test gives them. `planes` holds per axis: left min, right min, left max, right max.
     ///
@@ -209,6 +242,12 @@ mod tests {
             let (left, right) =
                 (slab.entry_exit(&boxes[0], 0.0, 10.0), slab.entry_exit(&boxes[1], 0.0, 10.0));
             let bits = |x: f32| if x.is_nan() { 0 } else { x.to_bits() };
+            let wide = std::array::from_fn(|plane| {
+                boxes.map(|bounds| if plane < 3 { bounds.min[plane] } else { bounds.max[plane - 3] })
+            });
+            let (entries, hits) = slab.entries(&wide, 0.0, 10.0);
+            assert_eq!(entries.map(bits), [left.0, right.0].map(bits));
+            assert_eq!(hits, u32::from(left.0 <= left.1) | u32::from(right.0 <= right.1) << 1);
             assert_eq!(
                 [pair.0, pair.1, pair.2, pair.3].map(bits),
                 [left.0, left.1, right.0, right.1].map(bits)

@@ -10,6 +10,7 @@ use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::tree::Tree;
 use crate::triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
+use crate::wide::NodeFormat;
 use scenes::Triangle;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,8 @@ use serde::{Deserialize, Serialize};
 pub enum Accel {
     /// Bounding volume hierarchy.
     Bvh,
+    /// Bounding volume hierarchy of four or eight children per node.
+    WideBvh,
     /// kd-tree.
     Kd,
     /// Uniform grid.
@@ -30,6 +33,7 @@ impl Accel {
     pub fn name(self) -> &'static str {
         match self {
             Accel::Bvh => "bvh",
+            Accel::WideBvh => "wide-bvh",
             Accel::Kd => "kd",
             Accel::Grid => "grid",
         }
@@ -49,6 +53,11 @@ pub enum Traversal {
         bits: Option<TrailBits>,
         /// Entries of the short stack.
         short_stack: u32,
+    },
+    /// Wide BVH, full stack, nearest child first.
+    WideStack {
+        /// What its nodes hold.
+        format: NodeFormat,
     },
     /// kd-tree, full stack.
     KdStack,
@@ -78,10 +87,11 @@ pub enum StackUse {
 
 impl Traversal {
     /// One of each, in its plainest form.
-    pub const ALL: [Traversal; 8] = [
+    pub const ALL: [Traversal; 9] = [
         Traversal::BvhStack,
         Traversal::BvhParentLink,
         Traversal::BvhRestartTrail { bits: None, short_stack: 0 },
+        Traversal::WideStack { format: NodeFormat::Compressed8 },
         Traversal::KdStack,
         Traversal::KdRestart,
         Traversal::KdPushDown { short_stack: 0 },
@@ -93,6 +103,7 @@ impl Traversal {
     pub fn accel(self) -> Accel {
         match self {
             Traversal::BvhStack | Traversal::BvhParentLink | Traversal::BvhRestartTrail { .. } => Accel::Bvh,
+            Traversal::WideStack { .. } => Accel::WideBvh,
             Traversal::KdStack
             | Traversal::KdRestart
             | Traversal::KdPushDown { .. }
@@ -104,7 +115,7 @@ impl Traversal {
     /// Its name on the command line, without the structure's.
     pub fn name(self) -> &'static str {
         match self {
-            Traversal::BvhStack | Traversal::KdStack => "stack",
+            Traversal::BvhStack | Traversal::WideStack { .. } | Traversal::KdStack => "stack",
             Traversal::BvhParentLink => "parent-link",
             Traversal::BvhRestartTrail { .. } => "restart-trail",
             Traversal::KdRestart => "restart",
@@ -146,6 +157,14 @@ impl Traversal {
         }
     }
 
+    /// What the nodes of its wide BVH hold; `None` for any other structure.
+    pub fn node_format(self) -> Option<NodeFormat> {
+        match self {
+            Traversal::WideStack { format } => Some(format),
+            _ => None,
+        }
+    }
+
     /// Entries of its short stack; 0 without one.
     pub fn short_stack(self) -> u32 {
         match self {
@@ -159,7 +178,7 @@ impl Traversal {
     /// Where its stack is.
     pub fn stack_use(self) -> StackUse {
         match self {
-            Traversal::BvhStack | Traversal::KdStack => StackUse::Memory,
+            Traversal::BvhStack | Traversal::WideStack { .. } | Traversal::KdStack => StackUse::Memory,
             _ if self.short_stack() > 0 => StackUse::Registers,
             _ => StackUse::None,
         }
@@ -190,6 +209,16 @@ impl Default for BuildOptions {
             triangle_test: TriangleTest::MoellerTrumbore,
         }
     }
+}
+
+/// Refuses SAH costs Ct and Ci that no builder takes.
+pub(crate) fn check_costs([ct, ci]: [f64; 2]) -> Result<(), Error> {
+    if ct.is_finite() && ct >= 0.0 && ci.is_finite() && ci > 0.0 {
+        return Ok(());
+    }
+    Err(Error::Options(format!(
+        "SAH costs Ct = {ct}, Ci = {ci}: expected finite numbers, Ct at least 0 and Ci above 0; the default is --ct 3 --ci 1.5"
+    )))
 }
 
 /// Leaves of a structure.
@@ -236,16 +265,7 @@ impl AccelerationStructure {
         options: &BuildOptions,
     ) -> Result<Self, Error> {
         let BuildOptions { traversal_cost, intersection_cost, triangle_test, kd: _ } = *options;
-        let costs_are_valid = traversal_cost.is_finite()
-            && traversal_cost >= 0.0
-            && intersection_cost.is_finite()
-            && intersection_cost > 0.0;
-        if !costs_are_valid {
-            return Err(Error::Options(format!(
-                "SAH costs Ct = {traversal_cost}, Ci = {intersection_cost}: expected finite numbers, Ct at least 0 and Ci above \
-                 0; the default is --ct 3 --ci 1.5"
-            )));
-        }
+        check_costs([traversal_cost, intersection_cost])?;
         if triangles.len() > bvh::MAX_TRIANGLES {
             return Err(Error::Options(format!(
                 "{} triangles: a structure holds at most {}; split the scene",
@@ -295,6 +315,14 @@ impl AccelerationStructure {
     /// Links and references without geometry, as a trace needs them.
     pub fn topology(&self) -> Topology {
         with_tree!(self, tree => tree.topology())
+    }
+
+    /// Entries that a full stack of the traversal may take; 0 for one without.
+    pub fn stack_entries(&self) -> u32 {
+        match self.traversal.stack_use() {
+            StackUse::Memory => with_tree!(self, tree => tree.stack_entries()),
+            StackUse::None | StackUse::Registers => 0,
+        }
     }
 
     /// Longest path from the root, in edges; 0 for a grid.

@@ -11,7 +11,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// Inner nodes whose split, by the surface area heuristic, costs more than a leaf of their references would:
 /// `Ct + Ci (A_L n_L + A_R n_R) / A > Ci n`, beyond rounding. `areas` are those of the nodes' boxes or cells, `n` are distinct
-/// triangles. A builder that stops where splitting does not pay makes none.
+/// triangles. A builder that stops where splitting does not pay makes none. The nodes of a wide BVH are not split in two: it has none.
 pub fn splits_costlier_than_leaf(topology: &Topology, areas: &[f64], [ct, ci]: [f64; 2]) -> u64 {
     let mut below: Vec<Vec<u32>> = vec![Vec::new(); topology.nodes.len()];
     let mut costlier = 0;
@@ -36,6 +36,7 @@ pub fn splits_costlier_than_leaf(topology: &Topology, areas: &[f64], [ct, ci]: [
                 costlier += u64::from(areas[index] > 0.0 && split > leaf * (1.0 + ROUNDING));
                 all
             }
+            TopologyNode::Wide { .. } => Vec::new(),
         };
     }
     costlier
@@ -121,6 +122,7 @@ impl Visits {
             self.arrivals.push((node, leaves));
             match topology.nodes[node as usize] {
                 TopologyNode::Leaf { .. } => leaves += 1,
+                TopologyNode::Wide { .. } => {}
                 TopologyNode::Inner { left } => {
                     let mut after = steps[index + 1..].iter();
                     let pushed = after.clone().next().is_some_and(|step| step.op() == Op::Push);

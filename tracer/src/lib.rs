@@ -24,7 +24,9 @@ mod trace_file;
 mod tracing;
 mod tree;
 mod triangle;
+pub mod two_level;
 mod view;
+pub mod wide;
 
 pub use aabb::{Aabb, PlaneSlack, SlabRay};
 pub use accel::{Accel, AccelerationStructure, BuildOptions, LeafCounts, StackUse, Traversal};
@@ -43,5 +45,5 @@ pub use trace::{
 };
 pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};
-pub use triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
+pub use triangle::{PreparedTriangle, RayTriangle, TriangleTest, WatertightTriangle};
 pub use view::{Departure, RayOffset, View};

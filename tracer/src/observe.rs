@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// * A **node fetch** is a read of a node record from its buffer ("a node is traversed when it is fetched", Sousa et al.
 ///   2019, section 4.1). [`Op::Node`] and [`Op::Up`] fetch; no other step does.
-/// * [`Op::Node`] fetches one record, or, where the traversal's [`NodeFetch`](crate::NodeFetch) is `Pair` and the id is not
-///   the root, the two sibling records `id` and `id + 1`.
+/// * [`Op::Node`] fetches one record, or, where the traversal's [`NodeFetch`](crate::NodeFetch) is `Pair` and the id is odd,
+///   the two sibling records `id` and `id + 1`: roots have even ids.
 /// * [`Op::Up`] fetches an ancestor's record once more, for its links. No box is tested against it.
 /// * [`Op::Restart`], [`Op::Push`] and [`Op::Pop`] fetch no node. Push and Pop move one stack entry, at depth `id`.
 /// * [`Op::Primitive`] tests one triangle; `id` is the position in the structure's reference list, not the triangle's number.
@@ -24,7 +24,7 @@ pub enum Op {
     Node = 3,
     /// A stack entry was written; id: depth of the entry, from 0.
     Push = 4,
-    /// Ray and instance `id` changed space.
+    /// The record of instance `id` was read, and unless its mask hides it, the ray went into the instance's space.
     Instance = 5,
     /// The primitive at position `id` of the reference list was tested.
     Primitive = 6,
@@ -118,7 +118,7 @@ impl Observer for WorkCounter {
         match op {
             Op::Node => {
                 work.node_steps += 1;
-                work.node_fetches += 1 + u64::from(self.pair && id != 0);
+                work.node_fetches += 1 + u64::from(self.pair && id % 2 == 1);
             }
             Op::Up => {
                 work.up_steps += 1;
@@ -188,7 +188,7 @@ impl std::ops::AddAssign for Work {
 pub enum NodeFetch {
     /// The record `id`.
     Single,
-    /// The sibling records `id` and `id + 1`; the root (id 0) alone.
+    /// The sibling records `id` and `id + 1`; a root, which has an even id, alone.
     Pair,
 }
 

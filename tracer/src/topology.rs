@@ -4,6 +4,8 @@ use crate::bvh::{Bvh, BvhNodeKind};
 use crate::grid::Grid;
 use crate::kd::{KdNodeKind, KdTree};
 use crate::triangle::RayTriangle;
+use crate::wide::WideBvh;
+use std::ops::Range;
 
 /// A node's links.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +15,15 @@ pub enum TopologyNode {
         /// Index of the left child.
         left: u32,
     },
+    /// A node of a wide BVH: its inner children are `first .. first + count`; its leaves have no node.
+    Wide {
+        /// Index of the first inner child.
+        first: u32,
+        /// Number of inner children.
+        count: u32,
+        /// Number of children that are leaves.
+        leaves: u32,
+    },
     /// References `first .. first + count`.
     Leaf {
         /// First position in the reference list.
@@ -20,6 +31,17 @@ pub enum TopologyNode {
         /// Number of references.
         count: u32,
     },
+}
+
+impl TopologyNode {
+    /// Its children that are nodes.
+    pub fn children(self) -> Range<u32> {
+        match self {
+            Self::Inner { left } => left..left + 2,
+            Self::Wide { first, count, .. } => first..first + count,
+            Self::Leaf { .. } => 0..0,
+        }
+    }
 }
 
 /// The links of all nodes, and the reference list of the leaves.
@@ -42,6 +64,15 @@ impl Topology {
         };
         Self {
             nodes: bvh.nodes().map(node).collect(),
+            references: bvh.references().to_vec(),
+            triangles: bvh.references().len() as u32,
+        }
+    }
+
+    /// The shape of a wide BVH: its nodes, whose leaves are known from the references that steps name.
+    pub fn of_wide<P: RayTriangle, const W: usize>(bvh: &WideBvh<P, W>) -> Self {
+        Self {
+            nodes: bvh.links().collect(),
             references: bvh.references().to_vec(),
             triangles: bvh.references().len() as u32,
         }
@@ -73,6 +104,11 @@ impl Topology {
         }
     }
 
+    /// Whether it is the shape of a wide BVH.
+    pub fn is_wide(&self) -> bool {
+        matches!(self.nodes.first(), Some(TopologyNode::Wide { .. }))
+    }
+
     /// Checks that links stay inside the tree and lead downwards only, and that references name triangles.
     ///
     /// # Errors
@@ -85,6 +121,14 @@ impl Topology {
                 TopologyNode::Inner { left } if u64::from(left) <= index || u64::from(left) + 1 >= nodes => {
                     return Err(format!(
                         "inner node {index} links to {left}; children lie after their parent, below {nodes}"
+                    ));
+                }
+                TopologyNode::Wide { first, count, .. }
+                    if count > 0
+                        && (u64::from(first) <= index || u64::from(first) + u64::from(count) > nodes) =>
+                {
+                    return Err(format!(
+                        "wide node {index} links to {count} nodes from {first}; children lie after their parent, below {nodes}"
                     ));
                 }
                 TopologyNode::Leaf { first, count } if u64::from(first) + u64::from(count) > references => {

@@ -7,6 +7,7 @@ use crate::raster::TileDraw;
 use crate::ray::NO_HIT;
 use crate::ray_set::{self, RaySetId};
 use crate::topology::Topology;
+use crate::wide::NodeFormat;
 use scenes::Feature;
 use serde::{Deserialize, Serialize};
 
@@ -281,6 +282,9 @@ pub struct TraceHeader {
     pub accel: Accel,
     /// Traversal, by name.
     pub traversal: String,
+    /// What the nodes of a wide BVH hold; `None` for any other structure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node_format: Option<NodeFormat>,
     /// Whether its nodes are fetched in pairs.
     pub node_fetch: NodeFetch,
     /// Its loops.

@@ -10,11 +10,14 @@ use crate::observe::Observer;
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::triangle::RayTriangle;
+use crate::wide::{self, NodeFormat, WideBvh};
 use scenes::Triangle;
 
 /// The structure, and what its traversal needs beside it.
 pub(crate) enum Tree<P: RayTriangle> {
     Bvh(Bvh<P>),
+    Wide4(WideBvh<P, 4>),
+    Wide8(WideBvh<P, 8>),
     LinkedBvh(Bvh<P>, bvh::parent_link::ParentLinks),
     Kd(KdTree<P>),
     KdWithCells(KdTree<P>, KdCells),
@@ -25,7 +28,7 @@ impl<P: RayTriangle> Tree<P> {
     /// The structure that `traversal` walks; the caller has checked the options.
     ///
     /// # Errors
-    /// See [`KdTree::build_for`] and [`Grid::build_for`].
+    /// See [`WideBvh::collapse`], [`KdTree::build_for`] and [`Grid::build_for`].
     pub(crate) fn build(
         triangles: &[Triangle],
         traversal: Traversal,
@@ -38,9 +41,15 @@ impl<P: RayTriangle> Tree<P> {
             Traversal::BvhRestartTrail { bits: Some(bits), .. } => bits.max_depth(),
             _ => BvhOptions::MAX_DEPTH,
         };
-        let bvh = || Bvh::build_for(triangles, &BvhOptions { traversal_cost, intersection_cost, max_depth });
+        let max_leaf = traversal.node_format().and_then(NodeFormat::leaf_triangles).unwrap_or(u32::MAX);
+        let options = BvhOptions { traversal_cost, intersection_cost, max_depth, max_leaf };
+        let bvh = || Bvh::build_for(triangles, &options);
         Ok(match traversal {
             Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => Self::Bvh(bvh()),
+            Traversal::WideStack { format: format @ NodeFormat::Full4 } => {
+                Self::Wide4(WideBvh::collapse(bvh(), format)?)
+            }
+            Traversal::WideStack { format } => Self::Wide8(WideBvh::collapse(bvh(), format)?),
             Traversal::BvhParentLink => {
                 let bvh = bvh();
                 let links = bvh::parent_link::ParentLinks::new(&bvh);
@@ -75,6 +84,8 @@ impl<P: RayTriangle> Tree<P> {
                 bvh::restart_trail::trace(bvh, bits, short_stack, ray, query, observer)
             }
             (Self::Bvh(bvh), _) => bvh::stack::trace(bvh, ray, query, observer),
+            (Self::Wide4(bvh), _) => wide::stack::trace(bvh, ray, query, observer),
+            (Self::Wide8(bvh), _) => wide::stack::trace(bvh, ray, query, observer),
             (Self::LinkedBvh(bvh, links), _) => bvh::parent_link::trace(bvh, links, ray, query, observer),
             (Self::Kd(tree), Traversal::KdRestart) => kd::restart::trace(tree, ray, query, observer),
             (Self::Kd(tree), Traversal::KdPushDown { short_stack }) => {
@@ -90,6 +101,8 @@ impl<P: RayTriangle> Tree<P> {
     pub(crate) fn topology(&self) -> Topology {
         match self {
             Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => Topology::of_bvh(bvh),
+            Self::Wide4(bvh) => Topology::of_wide(bvh),
+            Self::Wide8(bvh) => Topology::of_wide(bvh),
             Self::Kd(tree) | Self::KdWithCells(tree, _) => Topology::of_kd(tree),
             Self::Grid(grid) => Topology::of_grid(grid),
         }
@@ -99,8 +112,19 @@ impl<P: RayTriangle> Tree<P> {
     pub(crate) fn depth(&self) -> u32 {
         match self {
             Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => bvh.depth,
+            Self::Wide4(bvh) => bvh.depth(),
+            Self::Wide8(bvh) => bvh.depth(),
             Self::Kd(tree) | Self::KdWithCells(tree, _) => tree.depth,
             Self::Grid(_) => 0,
+        }
+    }
+
+    /// Entries that a full stack may take: in a binary tree the other child of each node on the path.
+    pub(crate) fn stack_entries(&self) -> u32 {
+        match self {
+            Self::Wide4(bvh) => bvh.stack_entries(),
+            Self::Wide8(bvh) => bvh.stack_entries(),
+            _ => self.depth() + 1,
         }
     }
 
@@ -110,6 +134,8 @@ impl<P: RayTriangle> Tree<P> {
             Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => {
                 LeafCounts { leaves: bvh.statistics().leaves, empty: 0, flat: 0 }
             }
+            Self::Wide4(bvh) => LeafCounts { leaves: bvh.statistics().leaves, empty: 0, flat: 0 },
+            Self::Wide8(bvh) => LeafCounts { leaves: bvh.statistics().leaves, empty: 0, flat: 0 },
             Self::Kd(tree) | Self::KdWithCells(tree, _) => {
                 let KdStatistics { leaves, empty_leaves, flat_leaves, .. } = tree.statistics();
                 LeafCounts { leaves, empty: empty_leaves, flat: flat_leaves }
@@ -121,14 +147,14 @@ impl<P: RayTriangle> Tree<P> {
         }
     }
 
-    /// Half the area of each node's box or cell; a grid has no nodes that were split.
+    /// Half the area of each node's box or cell; `None` where nodes were not split in two, in a grid and a wide BVH.
     pub(crate) fn half_areas(&self) -> Option<Vec<f64>> {
         match self {
             Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => {
                 Some(bvh.nodes().map(|node| node.bounds.half_area()).collect())
             }
             Self::Kd(tree) | Self::KdWithCells(tree, _) => Some(tree.half_areas()),
-            Self::Grid(_) => None,
+            Self::Wide4(_) | Self::Wide8(_) | Self::Grid(_) => None,
         }
     }
 
@@ -136,6 +162,8 @@ impl<P: RayTriangle> Tree<P> {
     pub(crate) fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
         match self {
             Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => bvh.sah_cost(traversal_cost, intersection_cost),
+            Self::Wide4(bvh) => bvh.sah_cost(traversal_cost, intersection_cost),
+            Self::Wide8(bvh) => bvh.sah_cost(traversal_cost, intersection_cost),
             Self::Kd(tree) | Self::KdWithCells(tree, _) => tree.sah_cost(traversal_cost, intersection_cost),
             Self::Grid(grid) => grid.sah_cost(traversal_cost, intersection_cost),
         }

@@ -5,6 +5,7 @@ use crate::error::Error;
 use serde::Deserialize;
 use std::ops::AddAssign;
 use toml::Spanned;
+use tracer::wide::NodeFormat;
 use tracer::{Accel, RayKind, TraceHeader};
 
 const BUILTIN: &str = include_str!("../../../configs/costs.toml");
@@ -28,6 +29,8 @@ pub struct ShaderCosts {
     /// Missing in tables that were written before there were such rays.
     secondary: Option<SecondaryCosts>,
     secondary_estimates: Vec<String>,
+    /// A ray query that a ray unit answers.
+    pub ray_query: RayQueryCosts,
     bvh_stack: TraversalCosts,
     bvh_parent_link: TraversalCosts,
     bvh_restart_trail: TraversalCosts,
@@ -36,6 +39,10 @@ pub struct ShaderCosts {
     kd_push_down: TraversalCosts,
     kd_backtrack: TraversalCosts,
     grid_dda: TraversalCosts,
+    wide_full_4: TraversalCosts,
+    wide_full_8: TraversalCosts,
+    wide_compressed_8: TraversalCosts,
+    wide_adreno_8: TraversalCosts,
 }
 
 /// Costs outside the traversal's own steps.
@@ -85,6 +92,15 @@ pub(crate) struct SecondaryCosts {
     pub(crate) cosine_ray: Cost,
 }
 
+/// Costs of a ray query that a ray unit answers.
+#[derive(Clone, Copy, Debug)]
+pub struct RayQueryCosts {
+    /// Registers of four words per lane that the shader holds meanwhile.
+    pub registers: u32,
+    /// Handing a ray over and taking the answer.
+    pub start: Cost,
+}
+
 /// Costs of a traversal's steps, by [`tracer::Op`], without address arithmetic and loop control.
 #[derive(Clone, Copy, Debug)]
 pub struct TraversalCosts {
@@ -111,6 +127,7 @@ pub struct TraversalCosts {
 struct CostsFile {
     shared: SharedFile,
     secondary: Option<SecondaryFile>,
+    ray_query: RayQueryFile,
     bvh_stack: TraversalFile,
     bvh_parent_link: TraversalFile,
     bvh_restart_trail: TraversalFile,
@@ -119,6 +136,14 @@ struct CostsFile {
     kd_push_down: TraversalFile,
     kd_backtrack: TraversalFile,
     grid_dda: TraversalFile,
+    #[serde(rename = "wide-full-4")]
+    wide_full_4: TraversalFile,
+    #[serde(rename = "wide-full-8")]
+    wide_full_8: TraversalFile,
+    #[serde(rename = "wide-compressed-8")]
+    wide_compressed_8: TraversalFile,
+    #[serde(rename = "wide-adreno-8")]
+    wide_adreno_8: TraversalFile,
 }
 
 #[derive(Deserialize)]
@@ -156,6 +181,13 @@ struct TaggedCostFile {
     efu: Spanned<u32>,
     source: Spanned<String>,
     tag: Tag,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RayQueryFile {
+    registers: RegistersFile,
+    start: CostFile,
 }
 
 #[derive(Deserialize)]
@@ -231,6 +263,10 @@ impl ShaderCosts {
                 address: cost("shared.address", &raw.shared.address)?,
                 trip: cost("shared.loop", &raw.shared.r#loop)?,
             },
+            ray_query: RayQueryCosts {
+                registers: read_registers(&file, "ray-query", &raw.ray_query.registers)?,
+                start: cost("ray-query.start", &raw.ray_query.start)?,
+            },
             bvh_stack: traversal("bvh-stack", &raw.bvh_stack)?,
             bvh_parent_link: traversal("bvh-parent-link", &raw.bvh_parent_link)?,
             bvh_restart_trail: traversal("bvh-restart-trail", &raw.bvh_restart_trail)?,
@@ -239,6 +275,10 @@ impl ShaderCosts {
             kd_push_down: traversal("kd-push-down", &raw.kd_push_down)?,
             kd_backtrack: traversal("kd-backtrack", &raw.kd_backtrack)?,
             grid_dda: traversal("grid-dda", &raw.grid_dda)?,
+            wide_full_4: traversal("wide-full-4", &raw.wide_full_4)?,
+            wide_full_8: traversal("wide-full-8", &raw.wide_full_8)?,
+            wide_compressed_8: traversal("wide-compressed-8", &raw.wide_compressed_8)?,
+            wide_adreno_8: traversal("wide-adreno-8", &raw.wide_adreno_8)?,
         })
     }
 
@@ -276,6 +316,13 @@ impl ShaderCosts {
     /// When the trace names a traversal that has no costs.
     pub fn traversal(&self, header: &TraceHeader) -> Result<&TraversalCosts, Error> {
         match (header.accel, header.traversal.as_str()) {
+            (Accel::WideBvh, "stack") => Ok(match header.node_format {
+                Some(NodeFormat::Full4) => &self.wide_full_4,
+                Some(NodeFormat::Full8) => &self.wide_full_8,
+                Some(NodeFormat::Adreno8) => &self.wide_adreno_8,
+                // Without a format there is no layout either, which is refused.
+                Some(NodeFormat::Compressed8) | None => &self.wide_compressed_8,
+            }),
             (Accel::Bvh, "stack") => Ok(&self.bvh_stack),
             (Accel::Bvh, "parent-link") => Ok(&self.bvh_parent_link),
             (Accel::Bvh, "restart-trail") => Ok(&self.bvh_restart_trail),
@@ -287,7 +334,7 @@ impl ShaderCosts {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no operation counts", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, kd stack, restart, push-down or backtrack, or grid dda"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, or grid dda"
                     .to_owned(),
             }),
         }
@@ -311,17 +358,21 @@ fn read_cost(file: &File<'_>, key: &str, cost: &CostFile) -> Result<Cost, Error>
     Ok(Cost { alu: *cost.alu.get_ref(), efu: *cost.efu.get_ref() })
 }
 
-fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {
-    let cost = |field: &str, cost: &CostFile| read_cost(file, &format!("{name}.{field}"), cost);
+fn read_registers(file: &File<'_>, name: &str, raw: &RegistersFile) -> Result<u32, Error> {
     let key = format!("{name}.registers");
-    file.said(&key, &raw.registers.source)?;
-    let registers = *raw.registers.value.get_ref();
+    file.said(&key, &raw.source)?;
+    let registers = *raw.value.get_ref();
     if registers == 0 {
         let problem = "is 0, expected at least 1 register per lane";
-        return Err(file.refuse(&key, &raw.registers.value.span(), problem, "correct the value"));
+        return Err(file.refuse(&key, &raw.value.span(), problem, "correct the value"));
     }
+    Ok(registers)
+}
+
+fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {
+    let cost = |field: &str, cost: &CostFile| read_cost(file, &format!("{name}.{field}"), cost);
     Ok(TraversalCosts {
-        registers,
+        registers: read_registers(file, name, &raw.registers)?,
         start: cost("start", &raw.start)?,
         node: cost("node", &raw.node)?,
         up: cost("up", &raw.up)?,

@@ -6,11 +6,13 @@ use super::gpu_checks::{
 };
 use super::gpu_file::GpuFile;
 use super::gpu_presets::BuiltinGpu;
+use super::ray_unit::{RayUnit, ray_unit};
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
 use super::translation::{Translation, translation};
 use crate::error::Error;
 use cachesim::{DramConfig, DramStandard, Hierarchy, Levels, PathId};
 use serde::Deserialize;
+use tracer::TraceHeader;
 
 /// A GPU: every figure checked, none defaulted.
 #[derive(Clone, Debug)]
@@ -31,6 +33,8 @@ pub struct Gpu {
     pub caches: Vec<CacheLevel>,
     /// Caches that each kind of buffer goes through.
     pub paths: Paths,
+    /// The ray unit of a core, where there is one.
+    pub ray_unit: Option<RayUnit>,
     /// Translation of addresses, where figures for it are known.
     pub translation: Option<Translation>,
     /// System memory.
@@ -266,17 +270,21 @@ impl Gpu {
             private: path("paths.private", &raw.paths.private)?,
             vertex: path("paths.vertex", &raw.paths.vertex)?,
         };
-        Hierarchy::with_paths(&levels, &paths.as_slices()).map_err(|error| {
+        let ray_unit = raw.ray_unit.as_ref().map(|raw| ray_unit(&file, raw, &caches)).transpose()?;
+        Hierarchy::with_paths(&levels, &all_paths(&paths, ray_unit.as_ref())).map_err(|error| {
             let remedy = "correct [paths] or the order of the [[cache]] tables";
             file.refuse("paths", &raw.paths.ssbo.value.span(), error, remedy)
         })?;
         let texture = texture(&file, &raw.texture)?;
-        for (key, path, span) in [
+        let of_unit = raw.ray_unit.as_ref().zip(ray_unit.as_ref());
+        let of_unit = of_unit.map(|(raw, unit)| ("ray_unit.path", &unit.path, raw.path.value.span()));
+        let of_paths = [
             ("paths.ssbo", &paths.ssbo, raw.paths.ssbo.value.span()),
             ("paths.texture", &paths.texture, raw.paths.texture.value.span()),
             ("paths.private", &paths.private, raw.paths.private.value.span()),
             ("paths.vertex", &paths.vertex, raw.paths.vertex.value.span()),
-        ] {
+        ];
+        for (key, path, span) in of_paths.into_iter().chain(of_unit) {
             let cycles = |place| cache_latency(&caches, &paths.texture, &texture, path, place);
             let Some(place) = (1..path.len()).find(|&place| cycles(place) < cycles(place - 1)) else {
                 continue;
@@ -326,6 +334,7 @@ impl Gpu {
             texture,
             caches,
             paths,
+            ray_unit,
             translation: raw.translation.map(|raw| translation(&file, &raw)).transpose()?,
             dram: Dram {
                 channels: file.within("dram.channels", &raw.dram.channels, 1..=cachesim::MAX_CHANNELS)?,
@@ -383,14 +392,23 @@ impl Gpu {
         cache_latency(&self.caches, &self.paths.texture, &self.texture, path, place) + memory
     }
 
-    /// Lines that can be on their way to a core at once for reads that take `path`: those of the texture unit where it begins with
-    /// that unit's cache, otherwise those of the load/store unit.
+    /// Lines that can be on their way to a core at once for reads that take `path`: those of the texture unit or of the ray unit where it begins
+    /// with that unit's own cache, otherwise those of the load/store unit.
     pub fn lines_in_flight(&self, path: &[usize]) -> u32 {
-        if path.first() == self.paths.texture.first() {
-            self.texture.lines_in_flight
-        } else {
-            self.load_store.lines_in_flight
+        let unit = self.ray_unit.as_ref().filter(|unit| {
+            // A unit that shares the first cache of storage buffers shares their way to it.
+            unit.path.first() == path.first() && path.first() != self.paths.ssbo.first()
+        });
+        match unit {
+            Some(unit) => unit.lines_in_flight,
+            None if path.first() == self.paths.texture.first() => self.texture.lines_in_flight,
+            None => self.load_store.lines_in_flight,
         }
+    }
+
+    /// The ray unit that walks the structure of a trace: units walk wide BVHs, shaders everything else.
+    pub fn ray_unit_for(&self, header: &TraceHeader) -> Option<&RayUnit> {
+        self.ray_unit.as_ref().filter(|_| header.node_format.is_some())
     }
 
     /// The caches as the cache simulator takes them, in the order of [`Self::caches`].
@@ -398,12 +416,14 @@ impl Gpu {
         &self.levels
     }
 
-    /// The caches, empty, with the TLB behind them, and their paths: storage buffers, textures, private memory, vertices.
+    /// The caches, empty, with the TLB behind them, and their paths: storage buffers, textures, private memory, vertices, and the ray unit, which
+    /// has that of storage buffers where there is none.
     ///
     /// # Errors
     /// When the paths contradict each other.
     pub(crate) fn hierarchy(&self) -> Result<(Hierarchy, Vec<PathId>), cachesim::Error> {
-        let (hierarchy, paths) = Hierarchy::with_paths(&self.levels, &self.paths.as_slices())?;
+        let (hierarchy, paths) =
+            Hierarchy::with_paths(&self.levels, &all_paths(&self.paths, self.ray_unit.as_ref()))?;
         let hierarchy = match self.translation {
             Some(Translation { tlb, .. }) => hierarchy.with_tlb(tlb),
             None => hierarchy,
@@ -412,9 +432,8 @@ impl Gpu {
     }
 }
 
-impl Paths {
-    /// As the cache simulator takes them: storage buffers, textures, private memory, vertices.
-    pub(crate) fn as_slices(&self) -> [&[usize]; 4] {
-        [&self.ssbo, &self.texture, &self.private, &self.vertex]
-    }
+/// As the cache simulator takes them: storage buffers, textures, private memory, vertices, ray unit.
+fn all_paths<'a>(paths: &'a Paths, ray_unit: Option<&'a RayUnit>) -> [&'a [usize]; 5] {
+    let Paths { ssbo, texture, private, vertex } = paths;
+    [ssbo, texture, private, vertex, ray_unit.map_or(ssbo, |unit| &unit.path)]
 }

@@ -1,6 +1,7 @@
 //! A GPU description as it stands in its TOML file.
 
 use super::gpu::{CacheRole, Family, Scheduler};
+use super::ray_unit::RayScheduling;
 use super::sourced::Sourced;
 use cachesim::{WriteMiss, WritePolicy};
 use serde::Deserialize;
@@ -17,6 +18,7 @@ pub(super) struct GpuFile {
     pub(super) texture: TextureFile,
     pub(super) cache: Vec<CacheFile>,
     pub(super) paths: PathsFile,
+    pub(super) ray_unit: Option<RayUnitFile>,
     pub(super) translation: Option<TranslationFile>,
     pub(super) dram: DramFile,
     pub(super) tiler: TilerFile,
@@ -135,6 +137,17 @@ pub(super) struct PathsFile {
     pub(super) texture: Sourced<Vec<String>>,
     pub(super) private: Sourced<Vec<String>>,
     pub(super) vertex: Sourced<Vec<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RayUnitFile {
+    pub(super) scheduling: Sourced<RayScheduling>,
+    pub(super) boxes_per_clock: Sourced<f64>,
+    pub(super) triangles_per_clock: Sourced<f64>,
+    pub(super) rays_together: Sourced<u32>,
+    pub(super) lines_in_flight: Sourced<u32>,
+    pub(super) path: Sourced<Vec<String>>,
 }
 
 #[derive(Deserialize)]

@@ -5,17 +5,19 @@ mod gpu;
 mod gpu_checks;
 mod gpu_file;
 mod gpu_presets;
+mod ray_unit;
 mod sourced;
 mod technique;
 mod translation;
 
-pub use costs::{Cost, ShaderCosts, SharedCosts, TraversalCosts};
+pub use costs::{Cost, RayQueryCosts, ShaderCosts, SharedCosts, TraversalCosts};
 pub(crate) use costs::{SecondaryCosts, has_secondary};
 pub use gpu::{
     CacheLevel, CacheRole, Clock, Dram, Family, Gpu, Identity, LoadStore, Output, Paths, Registers,
     Scheduler, ShaderCores, TextureUnit, Tiler,
 };
 pub use gpu_presets::{BuiltinGpu, GPUS};
+pub use ray_unit::{RayScheduling, RayUnit};
 pub use sourced::{Provenance, Tag};
 pub(crate) use technique::VECTOR_BYTES;
 pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};

@@ -81,6 +81,32 @@ counters! {
         pub pushes: u64,
         /// Stack entries taken.
         pub pops: u64,
+        /// Box nodes that a ray unit tested: once for all rays of a warp that are at one together, or for each ray.
+        pub box_nodes: u64,
+        /// Of these, those with rays in up to a quarter of a warp's lanes.
+        pub box_nodes_quarter: u64,
+        /// In more lanes, up to half.
+        pub box_nodes_half: u64,
+        /// In more lanes, up to three quarters.
+        pub box_nodes_three_quarters: u64,
+        /// In more lanes.
+        pub box_nodes_full: u64,
+        /// As `box_nodes`, of triangles.
+        pub triangle_nodes: u64,
+        /// As `box_nodes_quarter`.
+        pub triangle_nodes_quarter: u64,
+        /// As `box_nodes_half`.
+        pub triangle_nodes_half: u64,
+        /// As `box_nodes_three_quarters`.
+        pub triangle_nodes_three_quarters: u64,
+        /// As `box_nodes_full`.
+        pub triangle_nodes_full: u64,
+        /// Ray-box tests of a ray unit.
+        pub unit_box_tests: u64,
+        /// As `unit_box_tests`, with the places for rays that stayed empty.
+        pub unit_box_places: u64,
+        /// As `unit_box_places`, of triangles.
+        pub unit_triangle_places: u64,
         /// Hits shaded.
         pub shaded: u64,
         /// ALU operations of the lanes that needed them.
@@ -337,6 +363,11 @@ impl Pass {
     /// The kind of ray that it traces.
     pub fn rays(self) -> Option<RayKind> {
         RayKind::ALL.into_iter().find(|&kind| Self::of(kind) == self)
+    }
+
+    /// Whether its rays walk the acceleration structure.
+    pub fn traces(self) -> bool {
+        matches!(self, Self::Primary | Self::Shadow)
     }
 
     /// Its name in reports.

@@ -1,6 +1,6 @@
 //! Lower bounds on time, one per resource.
 
-use crate::config::{CacheRole, Gpu};
+use crate::config::{CacheRole, Gpu, RayUnit};
 use crate::counters::{BufferTraffic, Pass, PassCounters};
 
 /// The least time that one resource allows.
@@ -28,6 +28,10 @@ pub(super) struct Demand {
     slc: f64,
     /// Bytes to and from DRAM / (peak x efficiency).
     dram: f64,
+    /// Places for rays in ray-box tests / (cores x tests per clock x clock).
+    pub(super) unit_boxes: f64,
+    /// As `unit_boxes`, of ray-triangle tests.
+    pub(super) unit_triangles: f64,
     /// Triangles set up / (triangles per clock x clock).
     pub(super) setup: f64,
     /// Covered fragments / (pixels per clock x clock).
@@ -41,7 +45,10 @@ impl Demand {
         let issue = &counters.issue;
         let core_cycles = f64::from(gpu.cores.count) * gpu.clock.hz;
         let traffic = counters.traffic.total();
-        let path = path(pass, gpu);
+        let path = path(pass, counters, gpu);
+        let of_unit = |places: u64, per_clock: fn(&RayUnit) -> f64| {
+            gpu.ray_unit.as_ref().map_or(0.0, |unit| places as f64 / (core_cycles * per_clock(unit)))
+        };
         let waits = waits(counters, &traffic, path, gpu);
         let issue_seconds =
             (issue.alu_issued as f64 / gpu.cores.alu_lanes + issue.load_store_cycles as f64) / gpu.clock.hz;
@@ -54,6 +61,8 @@ impl Demand {
             l2: 0.0,
             slc: 0.0,
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
+            unit_boxes: of_unit(issue.unit_box_places, |unit| unit.boxes_per_clock),
+            unit_triangles: of_unit(issue.unit_triangle_places, |unit| unit.triangles_per_clock),
             setup: issue.setup_triangles as f64 / (gpu.tiler.triangles_per_clock * gpu.clock.hz),
             pixels: issue.covered_fragments as f64 / (gpu.tiler.pixels_per_clock * gpu.clock.hz),
             latency: if waits > 0.0 {
@@ -89,7 +98,23 @@ impl Demand {
     pub(super) fn sum(demands: &[Self]) -> Self {
         let mut sum = Self::default();
         for demand in demands {
-            let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency } = *demand;
+            let Self {
+                alu,
+                efu,
+                load_store,
+                l1,
+                cluster,
+                l2,
+                slc,
+                dram,
+                unit_boxes,
+                unit_triangles,
+                setup,
+                pixels,
+                latency,
+            } = *demand;
+            sum.unit_boxes += unit_boxes;
+            sum.unit_triangles += unit_triangles;
             sum.alu += alu;
             sum.efu += efu;
             sum.load_store += load_store;
@@ -107,7 +132,21 @@ impl Demand {
 
     /// One bound per resource, always in the same order.
     pub(super) fn bounds(&self) -> Vec<Bound> {
-        let Self { alu, efu, load_store, l1, cluster, l2, slc, dram, setup, pixels, latency } = *self;
+        let Self {
+            alu,
+            efu,
+            load_store,
+            l1,
+            cluster,
+            l2,
+            slc,
+            dram,
+            unit_boxes,
+            unit_triangles,
+            setup,
+            pixels,
+            latency,
+        } = *self;
         [
             ("ALU issue", alu),
             ("EFU issue", efu),
@@ -117,6 +156,8 @@ impl Demand {
             ("L2 bandwidth", l2),
             ("SLC bandwidth", slc),
             ("DRAM bandwidth", dram),
+            ("ray unit: boxes", unit_boxes),
+            ("ray unit: triangles", unit_triangles),
             ("triangle setup", setup),
             ("pixel rate", pixels),
             ("latency and concurrency", latency),
@@ -127,8 +168,11 @@ impl Demand {
 }
 
 /// The way of a pass's loads through the caches.
-pub(super) fn path(pass: Pass, gpu: &Gpu) -> &[usize] {
+pub(super) fn path<'a>(pass: Pass, counters: &PassCounters, gpu: &'a Gpu) -> &'a [usize] {
     match pass {
+        Pass::Primary | Pass::Shadow if counters.issue.box_nodes > 0 => {
+            gpu.ray_unit.as_ref().map_or(&gpu.paths.ssbo, |unit| &unit.path)
+        }
         Pass::Binning | Pass::Geometry => &gpu.paths.vertex,
         Pass::Present => &gpu.paths.texture,
         Pass::Primary

@@ -97,6 +97,8 @@ impl InPhase<'_> {
             Station { servers, ..single("ALU issue", alu) },
             single("EFU issue", demand.efu * of_all_cores),
             single("load/store port", demand.load_store * of_all_cores),
+            single("ray unit: boxes", demand.unit_boxes * of_all_cores),
+            single("ray unit: triangles", demand.unit_triangles * of_all_cores),
             Station { sharers, ..single("triangle setup", demand.setup / turns) },
             Station { sharers, ..single("pixel rate", demand.pixels / turns) },
         ];

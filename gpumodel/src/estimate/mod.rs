@@ -11,13 +11,13 @@ pub use bounds::Bound;
 pub use forced::ForcedCost;
 pub use time::StackPart;
 
-use crate::config::{Attachments, Gpu, Stage, has_secondary};
+use crate::config::{Attachments, Gpu, RayScheduling, Stage, has_secondary};
 use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
 use crate::error::Error;
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;
-use bounds::Demand;
+use bounds::{Demand, path};
 use time::{PHASES, PhaseTime, Record, add};
 use tracer::{LoopStructure, RayKind, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
@@ -193,6 +193,8 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
         replayed.counters.total().traffic;
     let bytes = &replayed.buffers;
     let paths = &config.gpu.paths;
+    let total = replayed.counters.total();
+    let traversal = path(Pass::Primary, &total, &config.gpu);
     let of = |name, bytes: u64, traffic: BufferTraffic, path: &[usize]| {
         let ends = path.first().zip(path.last());
         let (line_accesses, line_misses) = ends
@@ -201,8 +203,8 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
         BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
     };
     let all = [
-        of("nodes", bytes.node, node, &paths.ssbo),
-        of("triangles", bytes.primitive, primitive, &paths.ssbo),
+        of("nodes", bytes.node, node, traversal),
+        of("triangles", bytes.primitive, primitive, traversal),
         of("triangle indices", bytes.index, index, &paths.ssbo),
         of("normals", bytes.normal, normal, &paths.ssbo),
         of("stacks", bytes.stack, stack, &paths.private),
@@ -270,7 +272,23 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
             sentences.push("Triangles lie in file order and are found through an index list.".to_owned());
         }
     }
-    if header.stack_entries > 0 {
+    if let Some(unit) = gpu.ray_unit_for(header) {
+        sentences.push(format!(
+            "A ray unit of each core walks the structure and keeps the stacks; it tests {}, {} boxes or {} triangles per clock, figures that are \
+             {}. Each ray takes one step, then at most one triangle, before the next step of any ray of its warp; what it reads holds the port \
+             of the load/store unit for a cycle per line.",
+            match unit.scheduling {
+                RayScheduling::Warp => format!(
+                    "the rays of a warp that are at one node together, {} at a time",
+                    unit.rays_together
+                ),
+                RayScheduling::Ray => "each ray by itself".to_owned(),
+            },
+            unit.boxes_per_clock,
+            unit.triangles_per_clock,
+            "estimates unless the description says otherwise"
+        ));
+    } else if header.stack_entries > 0 {
         sentences.push(format!(
             "The stack of {} entries of 8 bytes is in private memory, interleaved by lane, and passes the caches.",
             header.stack_entries

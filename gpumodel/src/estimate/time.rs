@@ -99,7 +99,7 @@ impl PhaseTime {
                 time.stack = simulated_stack(phase, time.seconds);
             }
             Record::Windows(Some(windows)) => {
-                let in_phase = InPhase { counters, demand, path: path(first, gpu), gpu };
+                let in_phase = InPhase { counters, demand, path: path(first, counters, gpu), gpu };
                 time = in_phase.contended(windows, time)?;
             }
             Record::Simulated(None) | Record::Windows(None) => {}

@@ -24,6 +24,7 @@ pub(super) struct PassValues<'a> {
 }
 
 const NO_RAYS: &str = "no ray was traced";
+const NO_RAY_UNIT: &str = "no ray unit walks the structure";
 const NO_TIME: &str = "it takes no time";
 const NO_WORK: &str = "nothing was issued";
 const NO_VERTICES: &str = "no vertex is fetched";
@@ -57,6 +58,7 @@ impl PassValues<'_> {
             "primitive_tests" => self.of_rays(Value::Count(issue.primitive_tests)),
             "primitive_tests_per_ray" => Value::ratio(issue.primitive_tests as f64, rays, NO_RAYS),
             "restarts" => self.restarts(),
+            id if id.starts_with("ray_unit_") => self.ray_unit(id),
             "fragments" => Value::Count(self.frame.header.frame.rays()),
             "warps" => self.of_frame(|| Value::Count(self.frame.replayed.counters.schedule.warps)),
             "vertices" if issue.vertices > 0 => Value::Count(issue.vertices),
@@ -112,6 +114,39 @@ impl PassValues<'_> {
             }),
             "avg_bytes_per_fragment" => Value::ratio(dram_reads as f64, fragments, NO_FRAGMENTS),
             "energy_mj" | "power_mw" => Value::absent("no energy table is applied"),
+            _ => Value::absent("this estimate does not compute it"),
+        }
+    }
+
+    fn ray_unit(&self, id: &str) -> Value {
+        let issue = &self.pass.issue;
+        let gpu = &self.frame.config.gpu;
+        let Some(unit) = gpu.ray_unit_for(self.frame.header) else { return Value::absent(NO_RAY_UNIT) };
+        if issue.rays == 0 {
+            return Value::absent(NO_RAYS);
+        }
+        let box_cycles = issue.unit_box_places as f64 / unit.boxes_per_clock;
+        let triangle_cycles = issue.unit_triangle_places as f64 / unit.triangles_per_clock;
+        let capacity = f64::from(gpu.cores.count) * gpu.clock.hz * self.seconds;
+        match id {
+            "ray_unit_rays" => Value::Count(issue.rays),
+            "ray_unit_utilization" => Value::ratio(box_cycles.max(triangle_cycles), capacity, NO_TIME),
+            "ray_unit_efficiency" => {
+                Value::ratio(issue.unit_box_tests as f64, issue.unit_box_places as f64, NO_WORK)
+            }
+            "ray_unit_box_cycles" => Value::Real(box_cycles),
+            "ray_unit_triangle_cycles" => Value::Real(triangle_cycles),
+            "ray_unit_box_tests" => Value::Count(issue.unit_box_tests),
+            "ray_unit_box_nodes" => Value::Count(issue.box_nodes),
+            "ray_unit_box_nodes_quarter" => Value::Count(issue.box_nodes_quarter),
+            "ray_unit_box_nodes_half" => Value::Count(issue.box_nodes_half),
+            "ray_unit_box_nodes_three_quarters" => Value::Count(issue.box_nodes_three_quarters),
+            "ray_unit_box_nodes_full" => Value::Count(issue.box_nodes_full),
+            "ray_unit_triangle_nodes" => Value::Count(issue.triangle_nodes),
+            "ray_unit_triangle_nodes_quarter" => Value::Count(issue.triangle_nodes_quarter),
+            "ray_unit_triangle_nodes_half" => Value::Count(issue.triangle_nodes_half),
+            "ray_unit_triangle_nodes_three_quarters" => Value::Count(issue.triangle_nodes_three_quarters),
+            "ray_unit_triangle_nodes_full" => Value::Count(issue.triangle_nodes_full),
             _ => Value::absent("this estimate does not compute it"),
         }
     }

@@ -105,8 +105,8 @@ impl Caches {
     pub(super) fn new(gpu: &Gpu, hierarchy: Hierarchy, paths: KindPaths, places: Places) -> Self {
         let stacks = (places.stack_base_line, places.stack_stride_lines);
         let route = |key: usize| {
-            let (_, kind, write) = Run::of_key(key)?;
-            let path = first_alike(&hierarchy, paths.of(kind, write), paths);
+            let (pass, kind, write) = Run::of_key(key)?;
+            let path = first_alike(&hierarchy, paths.of(pass, kind, write), paths);
             let levels = hierarchy.path(path);
             let first = &gpu.levels().as_slice()[levels[0]];
             // Other policies may evict one line of the run for another, or rank a line anew when it hits.
@@ -356,7 +356,7 @@ fn beyond(gpu: &Gpu, path: &[usize]) -> [f64; MAX_LEVELS] {
 
 /// The first path that leads through the same levels, so that accesses that take either need not be told apart.
 fn first_alike(hierarchy: &Hierarchy, path: PathId, paths: KindPaths) -> PathId {
-    let KindPaths { ssbo, texture, private, vertex } = paths;
+    let KindPaths { ssbo, texture, private, vertex, traversal } = paths;
     let alike = |other: &PathId| hierarchy.path(*other) == hierarchy.path(path);
-    [ssbo, texture, private, vertex].into_iter().find(alike).unwrap_or(path)
+    [ssbo, texture, private, vertex, traversal].into_iter().find(alike).unwrap_or(path)
 }

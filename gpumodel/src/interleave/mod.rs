@@ -6,8 +6,8 @@
 //! others like it. So turns have times, from which nothing but their order is taken; how long a frame takes is found afterwards from what it asked for.
 //!
 //! On each core the warp that has been ready for longest is next, and the core whose next turn starts first issues it. A turn keeps
-//! its core busy for the cycles of the load/store port, or for the mean share of a turn of its tile in the ALU's or the elementary functions'
-//! time, if that is longer. The warp is ready again when its data are there: after the latency of the farthest place that they come from.
+//! its core busy for the cycles of the load/store port, or for the mean share of a turn of its tile in the time of the ALU, the elementary
+//! functions or the ray unit, if that is longer. The warp is ready again when its data are there: after the latency of the farthest place that they come from.
 //! Memory's is drawn evenly from what a DRAM bank may make of it, from an open row to one that was opened just before: with equal latencies
 //! warps could keep in step for a whole frame.
 //! The only queue is that for a cache which cores share and which is the first on a path: with many lines per turn it would
@@ -20,7 +20,7 @@ mod caches;
 mod tests;
 
 use self::caches::{Caches, Delay, Resident, Waits};
-use crate::config::Gpu;
+use crate::config::{Gpu, RayUnit};
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
 use crate::layout::{BufferKind, Places};
@@ -39,17 +39,21 @@ pub(crate) struct KindPaths {
     pub(crate) texture: PathId,
     pub(crate) private: PathId,
     pub(crate) vertex: PathId,
+    /// Of what a traversal reads.
+    pub(crate) traversal: PathId,
 }
 
 impl KindPaths {
-    /// `ids` are those of [`Paths::as_slices`](crate::Paths::as_slices).
-    pub(crate) fn new(ids: &[PathId]) -> Self {
-        Self { ssbo: ids[0], texture: ids[1], private: ids[2], vertex: ids[3] }
+    /// `ids` are those of [`Gpu::hierarchy`]; traversals are those of the ray unit, or of shaders.
+    pub(crate) fn new(ids: &[PathId], by_ray_unit: bool) -> Self {
+        let traversal = if by_ray_unit { ids[4] } else { ids[0] };
+        Self { ssbo: ids[0], texture: ids[1], private: ids[2], vertex: ids[3], traversal }
     }
 
     /// A compute stage stores into an image as into a storage buffer; it is read as a texture.
-    pub(crate) fn of(&self, kind: BufferKind, write: bool) -> PathId {
+    pub(crate) fn of(&self, pass: Pass, kind: BufferKind, write: bool) -> PathId {
         match kind {
+            BufferKind::Node | BufferKind::Primitive | BufferKind::Index if pass.traces() => self.traversal,
             BufferKind::Node | BufferKind::Primitive | BufferKind::Index | BufferKind::Normal => self.ssbo,
             BufferKind::Image | BufferKind::Attachment if write => self.ssbo,
             BufferKind::Image | BufferKind::Attachment => self.texture,
@@ -134,8 +138,8 @@ pub(crate) struct Interleaver {
     next_words: Vec<u32>,
     /// Per core, when that turn starts; infinite if it has no warp.
     starts: Vec<f64>,
-    /// ALU and elementary function lanes of a core.
-    lanes: [f64; 2],
+    /// What a core does in a cycle: operations of its ALU, elementary functions, ray-box and ray-triangle tests.
+    rates: [f64; 4],
     /// Per core, warps in its slots.
     occupied: Vec<usize>,
     waiting: VecDeque<Waiting>,
@@ -181,7 +185,11 @@ impl Interleaver {
             next: vec![0; cores],
             next_words: vec![0; cores],
             starts: vec![f64::INFINITY; cores],
-            lanes: [gpu.cores.alu_lanes, gpu.cores.efu_lanes],
+            rates: {
+                let of_unit = |rate: fn(&RayUnit) -> f64| gpu.ray_unit.as_ref().map_or(f64::INFINITY, rate);
+                let tests = [of_unit(|unit| unit.boxes_per_clock), of_unit(|unit| unit.triangles_per_clock)];
+                [gpu.cores.alu_lanes, gpu.cores.efu_lanes, tests[0], tests[1]]
+            },
             occupied: vec![0; cores],
             waiting: VecDeque::new(),
             schedule: ScheduleCounters::default(),
@@ -219,16 +227,18 @@ impl Interleaver {
         }
     }
 
-    /// Cycles of a core that the ALU, or the elementary function unit, takes for a turn of the tile on average.
+    /// Cycles of a core that the ALU, the elementary function unit or the ray unit takes for a turn of the tile on average.
     fn least_cycles(&self, TileStreams { tree, own }: &TileStreams) -> f64 {
-        let (mut turns, mut issued) = (0, [0; 2]);
+        let (mut turns, mut issued) = (0, [0; 4]);
         for issue in [tree, own].into_iter().flat_map(|stream| &stream.issue) {
             turns += issue.turns;
             issued[0] += issue.alu_issued;
             issued[1] += issue.efu_issued;
+            issued[2] += issue.unit_box_places;
+            issued[3] += issue.unit_triangle_places;
         }
-        let cycles = |unit: usize| issued[unit] as f64 / self.lanes[unit];
-        cycles(0).max(cycles(1)) / turns.max(1) as f64
+        let cycles = issued.into_iter().zip(self.rates).map(|(issued, rate)| issued as f64 / rate);
+        cycles.fold(0.0, f64::max) / turns.max(1) as f64
     }
 
     /// Runs ticks as long as no core can lack a warp that a later tile would bring.

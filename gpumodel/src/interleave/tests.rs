@@ -44,7 +44,7 @@ fn interleaver(resident: u32) -> Interleaver {
     Interleaver::new(
         &machine,
         hierarchy,
-        KindPaths::new(&paths),
+        KindPaths::new(&paths, false),
         Places { stack_base_line: 1000, stack_stride_lines: 10, end: 0 },
         resident,
         Maps::Dropped,

@@ -57,9 +57,9 @@ pub fn run_kernel(kernel: &dyn Kernel, gpu: &Gpu, fidelity: Fidelity) -> Result<
     }
     let (hierarchy, ids) =
         gpu.hierarchy().map_err(|error| refuse(error.to_string(), "correct [paths] of the GPU"))?;
-    let paths = KindPaths::new(&ids);
-    let line_shifts =
-        [Route::Buffer, Route::Texture].map(|route| hierarchy.granule(paths.of(route.kind(), false)).log2());
+    let paths = KindPaths::new(&ids, false);
+    let line_shifts = [Route::Buffer, Route::Texture]
+        .map(|route| hierarchy.granule(paths.of(Pass::Output, route.kind(), false)).log2());
     let mut emitter = KernelEmitter::new(gpu, line_shifts);
     let mut engine =
         Engine::new(fidelity, gpu, hierarchy, paths, Places::default(), resident_warps, Maps::Dropped)?;

@@ -11,6 +11,7 @@
 
 use super::VEC4_BYTES;
 use super::node::NodeLayout;
+use super::order::NodeOrder;
 use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
 use super::tree::{TreeBuffers, node_places};
@@ -84,11 +85,15 @@ impl BufferBytes {
     }
 }
 
-/// Records that are read in 16-byte loads.
+/// Records that are read in loads of 16 bytes, or of whole lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reads {
     /// Loads of one lane.
     pub(crate) loads: u32,
+    /// From load to load, in 16 bytes.
+    step: u32,
+    /// The last 16 bytes of the record.
+    last: u32,
     /// All loads of a record lie in one line, wherever the record is.
     pub(crate) one_line: bool,
 }
@@ -96,7 +101,29 @@ pub(crate) struct Reads {
 impl Reads {
     fn new(bytes: u32, stride_bytes: u32, line: LineSize) -> Self {
         let aligned = bytes <= stride_bytes && line.bytes().is_multiple_of(u64::from(stride_bytes));
-        Self { loads: bytes / VEC4_BYTES as u32, one_line: aligned }
+        let loads = bytes / VEC4_BYTES as u32;
+        Self { loads, step: 1, last: loads - 1, one_line: aligned }
+    }
+
+    /// A load for each line that a record may touch.
+    fn of_lines(bytes: u32, stride_bytes: u32, line: LineSize) -> Self {
+        let step = (line.bytes() / VEC4_BYTES) as u32;
+        let last = bytes / VEC4_BYTES as u32 - 1;
+        let one_line = Self::new(bytes, stride_bytes, line).one_line;
+        let whole_lines = u64::from(stride_bytes).is_multiple_of(line.bytes());
+        let loads = if one_line || whole_lines { last / step + 1 } else { last.div_ceil(step) + 1 };
+        Self { loads, step, last, one_line }
+    }
+
+    /// Bytes of a record that are read.
+    pub(crate) fn bytes(self) -> u32 {
+        (self.last + 1) * VEC4_BYTES as u32
+    }
+
+    /// Where load `index` begins, in 16 bytes from the record's first.
+    #[inline(always)]
+    pub(crate) fn offset(self, index: u32) -> u32 {
+        (index * self.step).min(self.last)
     }
 }
 
@@ -190,6 +217,13 @@ impl Buffers {
             remedy: remedy.to_owned(),
         };
         topology.validate().map_err(|problem| fail(problem, "record the trace again"))?;
+        if topology.is_wide() && config.node_order == NodeOrder::VanEmdeBoas {
+            return Err(fail(
+                "a node of its wide BVH links to the first of its inner children, and the others follow it: van-emde-boas order parts them"
+                    .to_owned(),
+                "use depth-first or breadth-first order",
+            ));
+        }
         let (node_bytes, node_stride) = config.node_records.bytes(header, &NodeLayout::of(header)?)?;
         let (places, node_count) = node_places(config, topology);
         let primitive =
@@ -211,7 +245,9 @@ impl Buffers {
         let normal_base = place(records * u64::from(primitive.normal_bytes));
         let index_bytes = if leaf_order { 0 } else { references * 4 };
         let index_base = (!leaf_order).then(|| place(index_bytes));
-        let stack_entries = header.stack_entries;
+        let by_ray_unit = config.gpu.ray_unit_for(header).is_some();
+        let reads = if by_ray_unit { Reads::of_lines } else { Reads::new };
+        let stack_entries = if by_ray_unit { 0 } else { header.stack_entries };
         let stack_bytes =
             u64::from(stack_entries) * u64::from(STACK_ENTRY_BYTES) * u64::from(config.gpu.cores.warp_width);
         let stack_stride = stack_bytes.next_multiple_of(private_line.bytes());
@@ -249,7 +285,7 @@ impl Buffers {
             place => vec4(node_base) + place * node_vec4,
         };
         let tree = TreeBuffers {
-            reads: Reads::new(node_bytes, node_stride, line),
+            reads: reads(node_bytes, node_stride, line),
             line_shift: line.log2() - VEC4_BYTES.ilog2(),
             stack_line_shift: private_line.log2(),
             stack_entries,
@@ -278,7 +314,7 @@ impl Buffers {
             sizes,
             vertex_stride,
             tree,
-            intersection_reads: Reads::new(intersection.len() as u32, stride, line),
+            intersection_reads: reads(intersection.len() as u32, stride, line),
             shading_reads: Reads::new(shading.len() as u32, shading_stride, line),
             shading_kind,
             stack_base_line: (stack_base >> private_line.log2()) as u32,

@@ -6,6 +6,7 @@
 //! cells are ours, of the smallest size that loads of 16 bytes can read.
 
 use crate::error::Error;
+use tracer::wide::NodeFormat;
 use tracer::{Accel, TraceHeader};
 
 /// A field of a record.
@@ -87,6 +88,55 @@ impl NodeLayout {
             field("axis", 44, 4),
         ],
     );
+    /// Wide BVH of four children, boxes in f32.
+    pub const WIDE_FULL_4: Self = Self::checked(
+        "wide full-4",
+        128,
+        &[
+            field("lower planes of four children in x, y, z", 0, 48),
+            field("upper planes", 48, 48),
+            field("child, or first triangle", 96, 16),
+            field("leaf flag, triangle count", 112, 16),
+        ],
+    );
+    /// Wide BVH of eight children, boxes in f32.
+    pub const WIDE_FULL_8: Self = Self::checked(
+        "wide full-8",
+        256,
+        &[
+            field("lower planes of eight children in x, y, z", 0, 96),
+            field("upper planes", 96, 96),
+            field("child, or first triangle", 192, 32),
+            field("leaf flag, triangle count", 224, 32),
+        ],
+    );
+    /// Wide BVH of eight children, boxes in 8-bit steps: Ylitie, Karras and Laine 2017, whose fields these are.
+    pub const WIDE_COMPRESSED_8: Self = Self::checked(
+        "wide compressed-8",
+        80,
+        &[
+            field("origin", 0, 12),
+            field("exponents", 12, 3),
+            field("which children are inner", 15, 1),
+            field("first inner child", 16, 4),
+            field("first triangle", 20, 4),
+            field("triangles and place of each child", 24, 8),
+            field("lower and upper planes", 32, 48),
+        ],
+    );
+    /// Wide BVH of eight children, boxes in 8-bit steps: Adreno 7xx, Mesa's `tu_bvh.h`, whose fields these are.
+    pub const WIDE_ADRENO_8: Self = Self::checked(
+        "wide adreno-8",
+        64,
+        &[
+            field("first child", 0, 4),
+            field("origin, upper halves", 4, 6),
+            field("lower and upper planes", 10, 48),
+            field("exponents", 58, 3),
+            field("child count", 61, 1),
+            field("types", 62, 2),
+        ],
+    );
 
     /// Cell of a grid. Its place follows from its number. The compact grid of Lagae & Dutré 2008 has 4 bytes per cell, and reads
     /// two of them.
@@ -117,13 +167,24 @@ impl NodeLayout {
         match (header.accel, header.traversal.as_str()) {
             (Accel::Bvh, "stack" | "restart-trail") => Ok(Self::BVH),
             (Accel::Bvh, "parent-link") => Ok(Self::BVH_PARENT_LINK),
+            (Accel::WideBvh, "stack") => match header.node_format {
+                Some(NodeFormat::Full4) => Ok(Self::WIDE_FULL_4),
+                Some(NodeFormat::Full8) => Ok(Self::WIDE_FULL_8),
+                Some(NodeFormat::Compressed8) => Ok(Self::WIDE_COMPRESSED_8),
+                Some(NodeFormat::Adreno8) => Ok(Self::WIDE_ADRENO_8),
+                None => Err(Error::Trace {
+                    scene: header.scene.clone(),
+                    problem: "its header does not say what the nodes of its wide BVH hold".to_owned(),
+                    remedy: "give it a node_format, see docs/trace-format.md".to_owned(),
+                }),
+            },
             (Accel::Kd, "stack" | "restart" | "push-down") => Ok(Self::KD),
             (Accel::Kd, "backtrack") => Ok(Self::KD_BACKTRACK),
             (Accel::Grid, "dda") => Ok(Self::GRID),
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no node layout", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, kd stack, restart, push-down or backtrack, or grid dda"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, or grid dda"
                     .to_owned(),
             }),
         }

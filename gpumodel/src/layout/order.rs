@@ -1,7 +1,8 @@
-//! The order of node records in their buffer. Records hold explicit links to both children, so every order is legal.
+//! The order of node records in their buffer. Records of binary trees hold explicit links to both children, so every order is legal. Those of
+//! wide ones hold one link, to the first of their inner children, which follow each other.
 
 use std::collections::VecDeque;
-use tracer::{Topology, TopologyNode};
+use tracer::Topology;
 
 /// Not placed yet; not met from the root.
 const UNPLACED: u32 = u32::MAX;
@@ -9,7 +10,8 @@ const UNPLACED: u32 = u32::MAX;
 /// In which order the nodes of a tree lie in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum NodeOrder {
-    /// As a recursive builder writes them: a node, its left subtree, its right subtree. A left child follows its parent.
+    /// As a recursive builder writes them: a node, its left subtree, its right subtree. A left child follows its parent. In a wide tree: the
+    /// children of a node, then what is below the first of them, and so on.
     #[default]
     DepthFirst,
     /// Level by level from the root, from left to right.
@@ -51,6 +53,8 @@ impl NodeOrder {
             next += 1;
         };
         match self {
+            // Numbered so; a depth-first walk that goes from child to child would part them.
+            Self::DepthFirst if topology.is_wide() => (0..count as u32).for_each(place),
             Self::DepthFirst | Self::BreadthFirst => self.for_each(topology, |node, _| place(node)),
             Self::VanEmdeBoas => Subtrees::new(topology).place(0, u32::MAX, &mut place),
             Self::AsBuilt => (0..count as u32).for_each(place),
@@ -73,9 +77,11 @@ impl NodeOrder {
                 continue;
             }
             visit(node, parent);
-            if let TopologyNode::Inner { left } = topology.nodes[node as usize] {
-                let children = if breadth_first { [left, left + 1] } else { [left + 1, left] };
+            let children = topology.nodes[node as usize].children();
+            if breadth_first {
                 open.extend(children.map(|child| (child, node)));
+            } else {
+                open.extend(children.rev().map(|child| (child, node)));
             }
         }
     }
@@ -120,8 +126,9 @@ impl<'a> Subtrees<'a> {
         while let Some((node, level)) = open.pop() {
             if level == upper {
                 self.place(node, levels - upper, place);
-            } else if let TopologyNode::Inner { left } = self.topology.nodes[node as usize] {
-                let own = [left + 1, left].into_iter().filter(|&child| self.parents[child as usize] == node);
+            } else {
+                let children = self.topology.nodes[node as usize].children().rev();
+                let own = children.filter(|&child| self.parents[child as usize] == node);
                 open.extend(own.map(|child| (child, level + 1)));
             }
         }
@@ -133,6 +140,7 @@ mod tests {
     use super::*;
     use crate::mock::complete_tree;
     use std::collections::BTreeSet;
+    use tracer::TopologyNode;
 
     #[test]
     fn every_order_is_a_permutation() {

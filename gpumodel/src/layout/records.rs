@@ -94,7 +94,7 @@ impl PrimitiveOrder {
     /// structures that divide space use an index list.
     pub fn of(accel: Accel) -> Self {
         match accel {
-            Accel::Bvh => Self::Leaf,
+            Accel::Bvh | Accel::WideBvh => Self::Leaf,
             _ => Self::Indexed,
         }
     }

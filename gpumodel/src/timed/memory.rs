@@ -160,8 +160,8 @@ impl Memory {
         let bursts = line_bytes.div_ceil(config.standard.burst_bytes());
         let idle = dram.timings().row_miss_of(bursts) as f64 * cycles_per_ps;
         let route = |key: usize| {
-            let (_, kind, write) = Run::of_key(key)?;
-            let path = paths.of(kind, write);
+            let (pass, kind, write) = Run::of_key(key)?;
+            let path = paths.of(pass, kind, write);
             let levels = hierarchy.path(path).to_vec();
             let of = |position: usize| gpu.latency_cycles(&levels, position);
             let latencies = (0..levels.len())

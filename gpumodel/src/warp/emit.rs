@@ -187,6 +187,7 @@ impl Emitter {
             turns,
             counters: &mut half.issue[pass as usize],
             pass,
+            by_ray_unit: program.by_ray_unit && pass.traces(),
         }
     }
 
@@ -293,6 +294,8 @@ struct Part<'a> {
     turns: &'a mut Turns,
     counters: &'a mut IssueCounters,
     pass: Pass,
+    /// Lines go to a ray unit, not to registers.
+    by_ray_unit: bool,
 }
 
 impl Part<'_> {
@@ -307,7 +310,8 @@ impl Part<'_> {
     fn count(&mut self, access: Access, found: usize, active: u32) {
         let Access { kind, write, bytes, repeats } = access;
         let bytes = active * bytes;
-        let port_cycles = (found as u32).max(self.program.lanes.port_cycles[bytes as usize / 4]);
+        let words = if self.by_ray_unit { 0 } else { bytes as usize / 4 };
+        let port_cycles = (found as u32).max(self.program.lanes.port_cycles[words]);
         let run = Run::new(self.pass, kind, write, found, repeats);
         self.writer.push(run.with_port_cycles(port_cycles));
         let (repeats, lines) = (u64::from(repeats), found as u64);
@@ -343,7 +347,8 @@ impl Part<'_> {
         let access = Access { kind, write: false, bytes: VEC4_BYTES as u32, repeats: 1 };
         let (loads, repeats) = if reads.one_line { (1, reads.loads) } else { (reads.loads, 1) };
         for load in 0..loads {
-            let lines = self.records[..self.located].iter().map(|&record| (record + load) >> shift);
+            let offset = reads.offset(load);
+            let lines = self.records[..self.located].iter().map(|&record| (record + offset) >> shift);
             let found = self.distinct.filter(lines, self.writer.lines());
             self.count(Access { repeats, ..access }, found, active);
         }
@@ -463,7 +468,7 @@ fn missing(what: &str, id: u32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::steps::Stepper;
+    use super::super::steps::{Stepper, Walk};
     use super::*;
     use crate::layout::{Buffers, NodeRecords, PrimitiveOrder};
     use crate::mock::{Recorded, config, gpu};
@@ -486,10 +491,11 @@ mod tests {
     fn emitted(source: &Recorded, program: &Program, tree_turns: TreeTurns) -> TileStreams {
         let lane_map = LaneMap::new(&gpu(&[]), source.header.frame, crate::config::Stage::Fragment);
         let rect = source.header.frame.tile(0);
+        let walk = Walk::new(&source.header, &source.topology, &config(gpu(&[])));
         let mut emitter = Emitter::new(tree_turns);
         let tile = (&source.tiles[0], rect);
         let tally = Stepper::new()
-            .run(&source.header, &program.wanted(), &lane_map, tile, |warp| {
+            .run(&source.header, (&walk, &program.wanted()), &lane_map, tile, |warp| {
                 emitter.trace(program, warp, 0, rect)
             })
             .expect("the mock is valid");

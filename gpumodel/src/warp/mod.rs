@@ -13,5 +13,5 @@ pub(crate) use distinct::Distinct;
 pub(crate) use emit::Emitter;
 pub(crate) use program::Program;
 pub(crate) use seam::TreeTurns;
-pub(crate) use steps::{Stepper, WarpSteps};
+pub(crate) use steps::{Stepper, Walk, WarpSteps};
 pub(crate) use stream::{Run, StreamWriter, TileStream, TileStreams, Turn};

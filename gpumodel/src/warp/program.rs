@@ -4,11 +4,11 @@
 //! reflection or diffuse ray hits is shaded before the shadow rays from there; then it writes its colour. The warp reconverges between these parts. With a rasterised hit the first part is another pass's, and
 //! the lane begins with the position and normal that it reads back.
 
-use super::steps::{SetSteps, Tally, TileTally, WarpStep};
+use super::steps::{SetSteps, Tally, TileTally, UnitTally, WarpStep};
 use crate::config::{Cost, SecondaryCosts};
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
-use crate::layout::{Buffers, NodeRecords, PrimitiveLayout, Reads, VEC4_BYTES};
+use crate::layout::{Buffers, NodeRecords, PrimitiveLayout, Reads};
 use crate::replay::{Fidelity, ReplayConfig};
 use tracer::{NodeFetch, Op, RayKind, TraceHeader};
 
@@ -22,6 +22,8 @@ pub(crate) struct Program {
     pub(super) nodes: NodeReads,
     /// Streams say what each turn costs.
     pub(crate) keeps_turns: bool,
+    /// A ray unit answers ray queries: shaders take no step of a traversal.
+    pub(super) by_ray_unit: bool,
     step_costs: [Cost; Op::ALL.len()],
     /// Address arithmetic of one node record.
     record_cost: Cost,
@@ -68,11 +70,12 @@ pub(super) enum NodeReads {
 
 impl Program {
     pub(crate) fn new(header: &TraceHeader, buffers: Buffers, config: &ReplayConfig) -> Result<Self, Error> {
+        let by_ray_unit = config.gpu.ray_unit_for(header).is_some();
         let traversal = config.costs.traversal(header)?;
         let shared = &config.costs.shared;
         let technique = &config.technique;
         let with_loads = |cost: Cost, loads: u32| sum(&[cost, shared.address.times(loads)]);
-        let stack_access = u32::from(header.stack_entries > 0);
+        let stack_access = u32::from(buffers.tree.stack_entries > 0);
         let index_load = u32::from(buffers.has_index_list());
         let mut step_costs = [Cost::default(); Op::ALL.len()];
         for (op, cost, loads) in [
@@ -83,8 +86,13 @@ impl Program {
             (Op::Push, traversal.push, stack_access),
             (Op::Primitive, traversal.primitive, buffers.intersection_reads.loads + index_load),
         ] {
-            step_costs[op as usize] = with_loads(cost, loads);
+            step_costs[op as usize] = if by_ray_unit { Cost::default() } else { with_loads(cost, loads) };
         }
+        let query = match by_ray_unit {
+            true => config.costs.ray_query.start,
+            false => sum(&[shared.ray_setup, traversal.start]),
+        };
+        let unless_by_unit = |cost: Cost| if by_ray_unit { Cost::default() } else { cost };
         let attachments = technique.raster.map_or(0, |raster| raster.attachments_in_memory().len() as u32);
         let compact = header.normals && config.primitive_layout == PrimitiveLayout::Compact;
         let compact_normal = if compact { shared.compact_normal } else { Cost::default() };
@@ -101,7 +109,7 @@ impl Program {
                 RayKind::Reflection => sum(&[sample, reflection_ray]),
                 RayKind::AmbientOcclusion | RayKind::Diffuse => sum(&[sample, cosine_ray]),
             };
-            sum(&[making, shared.ray_setup, traversal.start])
+            sum(&[making, query])
         };
         let writes_image = technique.present.is_some();
         let line_shift = |path: &[usize]| config.gpu.caches[path[0]].line_bytes.ilog2();
@@ -121,8 +129,9 @@ impl Program {
             },
             keeps_turns: config.fidelity == Fidelity::Timed,
             step_costs,
-            record_cost: shared.address.times(buffers.tree.reads.loads),
-            trip: shared.trip,
+            by_ray_unit,
+            record_cost: unless_by_unit(shared.address.times(buffers.tree.reads.loads)),
+            trip: unless_by_unit(shared.trip),
             setups: RayKind::ALL.map(setup),
             shade,
             hit_shade,
@@ -143,8 +152,11 @@ impl Program {
     /// Whether warps of the same shape ask the same of memory here as in `other` where they read nodes and use their stacks, and no
     /// stream says what a turn costs.
     pub(crate) fn reads_tree_as(&self, other: &Self) -> bool {
-        let Self { buffers, lanes, nodes, keeps_turns, .. } = self;
-        let alike = *lanes == other.lanes && *nodes == other.nodes && buffers.tree == other.buffers.tree;
+        let Self { buffers, lanes, nodes, keeps_turns, by_ray_unit, .. } = self;
+        let alike = *by_ray_unit == other.by_ray_unit
+            && *lanes == other.lanes
+            && *nodes == other.nodes
+            && buffers.tree == other.buffers.tree;
         alike && !keeps_turns && !other.keeps_turns
     }
 
@@ -169,7 +181,7 @@ impl Program {
 
     /// Bytes that a ray's step loads, stacks apart.
     pub(crate) fn loaded_bytes(&self, op: Op, id: u32) -> u32 {
-        let bytes = |reads: Reads| reads.loads * VEC4_BYTES as u32;
+        let bytes = Reads::bytes;
         match op {
             Op::Primitive => {
                 let index = if self.buffers.has_index_list() { INDEX_BYTES } else { 0 };
@@ -226,6 +238,20 @@ impl Program {
         issue.primitive_alu += alu(self.step_costs[Op::Primitive as usize], of(Op::Primitive).1);
         issue.node_fetches += record_lanes;
         issue.primitive_tests += of(Op::Primitive).1;
+        let UnitTally { nodes: [boxes, triangles] } = &set.unit;
+        issue.box_nodes += boxes.by_quarters.iter().sum::<u64>();
+        issue.box_nodes_quarter += boxes.by_quarters[0];
+        issue.box_nodes_half += boxes.by_quarters[1];
+        issue.box_nodes_three_quarters += boxes.by_quarters[2];
+        issue.box_nodes_full += boxes.by_quarters[3];
+        issue.triangle_nodes += triangles.by_quarters.iter().sum::<u64>();
+        issue.triangle_nodes_quarter += triangles.by_quarters[0];
+        issue.triangle_nodes_half += triangles.by_quarters[1];
+        issue.triangle_nodes_three_quarters += triangles.by_quarters[2];
+        issue.triangle_nodes_full += triangles.by_quarters[3];
+        issue.unit_box_tests += boxes.tests;
+        issue.unit_box_places += boxes.places;
+        issue.unit_triangle_places += triangles.places;
         issue.restarts += of(Op::Restart).1;
         issue.pushes += of(Op::Push).1;
         issue.pops += of(Op::Pop).1;

@@ -5,9 +5,15 @@
 
 use super::distinct::Distinct;
 use super::lockstep::{Body, Lockstep};
+use crate::config::RayScheduling;
+use crate::replay::ReplayConfig;
 use crate::schedule::{HELPER, LaneMap};
 use std::ops::Range;
-use tracer::{NOT_CAST, Op, RayKind, RaySet, RaySetId, Tile, TileRect, TraceHeader};
+use std::sync::Arc;
+use tracer::{
+    LoopStructure, NOT_CAST, Op, RayKind, RaySet, RaySetId, Tile, TileRect, Topology, TopologyNode,
+    TraceHeader,
+};
 
 /// Steps and trips of a ray set, by how many warps and how many lanes took them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,12 +28,98 @@ pub(crate) struct Tally {
     pub(crate) sibling_steps: u64,
     pub(crate) warp_trips: u64,
     pub(crate) lane_trips: u64,
+    pub(crate) unit: UnitTally,
     /// Warps that traced any ray of the set, and those rays.
     pub(crate) warps: u64,
     pub(crate) rays: u64,
     /// Warps with a hit to shade, and those hits.
     pub(crate) shaded_warps: u64,
     pub(crate) shaded_lanes: u64,
+}
+
+/// What a ray unit tested.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct UnitTally {
+    /// Box nodes, and triangles.
+    pub(crate) nodes: [NodeTests; 2],
+}
+
+/// Tests of one kind.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NodeTests {
+    /// Nodes tested with rays in up to one, two, three, and four quarters of a warp's lanes.
+    pub(crate) by_quarters: [u64; 4],
+    /// Boxes, or triangles, times the rays that met them.
+    pub(crate) tests: u64,
+    /// As `tests`, with the places for rays that stayed empty.
+    pub(crate) places: u64,
+}
+
+/// How the rays of a warp go through their steps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Walk {
+    loop_structure: LoopStructure,
+    stack_in_memory: bool,
+    unit: Option<UnitTests>,
+}
+
+/// How a ray unit tests the rays of a warp.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct UnitTests {
+    scheduling: RayScheduling,
+    places: u32,
+    warp_width: u32,
+    /// Of each node, the boxes of its children.
+    boxes: Arc<[u8]>,
+}
+
+impl Walk {
+    pub(crate) fn new(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> Self {
+        let Some(unit) = config.gpu.ray_unit_for(header) else {
+            let stack_in_memory = header.stack_entries > 0;
+            return Self { loop_structure: header.loop_structure, stack_in_memory, unit: None };
+        };
+        let boxes = |node: &TopologyNode| match *node {
+            TopologyNode::Wide { count, leaves, .. } => (count + leaves) as u8,
+            TopologyNode::Inner { .. } | TopologyNode::Leaf { .. } => 0,
+        };
+        // A unit tests nodes and triangles as its rays come to them, and keeps their stacks itself.
+        Self {
+            loop_structure: LoopStructure::IfIf,
+            stack_in_memory: false,
+            unit: Some(UnitTests {
+                scheduling: unit.scheduling,
+                places: unit.places(),
+                warp_width: config.gpu.cores.warp_width,
+                boxes: topology.nodes.iter().map(boxes).collect(),
+            }),
+        }
+    }
+}
+
+impl UnitTests {
+    /// Tests of the groups of `lanes`, each at one of `ids`.
+    fn count(&self, op: Op, lanes: &[u64], ids: &[u32], tally: &mut UnitTally) {
+        let of_triangles = usize::from(op == Op::Primitive);
+        let tests = &mut tally.nodes[of_triangles];
+        let mut test = |id: u32, rays: u32, times: u32| {
+            let boxes = if op == Op::Primitive { 1 } else { u64::from(self.boxes[id as usize]) };
+            let quarter = (4 * rays).div_ceil(self.warp_width).clamp(1, 4) as usize - 1;
+            tests.by_quarters[quarter] += u64::from(times);
+            tests.tests += boxes * u64::from(rays * times);
+            tests.places += boxes * u64::from(rays.next_multiple_of(self.places) * times);
+        };
+        for (index, (&group, &id)) in lanes.iter().zip(ids).enumerate() {
+            match self.scheduling {
+                RayScheduling::Ray => test(id, 1, group.count_ones()),
+                RayScheduling::Warp if ids[..index].contains(&id) => {}
+                RayScheduling::Warp => {
+                    let at_node = lanes.iter().zip(ids).filter(|&(_, &other)| other == id);
+                    test(id, at_node.fold(0, |all, (lanes, _)| all | lanes).count_ones(), 1);
+                }
+            }
+        }
+    }
 }
 
 /// Sums over the warps of a tile.
@@ -129,7 +221,7 @@ impl Stepper {
     pub(crate) fn run(
         &mut self,
         header: &TraceHeader,
-        wanted: &[bool],
+        (walk, wanted): (&Walk, &[bool]),
         lane_map: &LaneMap,
         (tile, rect): (&Tile, TileRect),
         mut take: impl FnMut(&WarpSteps) -> Result<(), String>,
@@ -137,7 +229,7 @@ impl Stepper {
         let sets = header.ray_sets.len();
         let mut tally = TileTally { sets: vec![Tally::default(); sets], ..TileTally::default() };
         for rays in lane_map.warps(rect) {
-            self.warp(header, wanted, tile, rays, &mut tally)?;
+            self.warp(header, (walk, wanted), tile, rays, &mut tally)?;
             take(&self.warp)?;
         }
         Ok(tally)
@@ -146,14 +238,13 @@ impl Stepper {
     fn warp(
         &mut self,
         header: &TraceHeader,
-        wanted: &[bool],
+        (walk, wanted): (&Walk, &[bool]),
         tile: &Tile,
         rays: Vec<u32>,
         tally: &mut TileTally,
     ) -> Result<(), String> {
         let Self { lockstep, distinct, warp } = self;
         let ids = &header.ray_sets;
-        let stack_in_memory = header.stack_entries > 0;
         warp.used = 0;
         warp.sets.clear();
         warp.shaded.clear();
@@ -174,8 +265,8 @@ impl Stepper {
                     (lane, range.start as u32, range.end as u32)
                 });
                 let (words, used) = (&mut warp.words, &mut warp.used);
-                let mut body = Recorder { stack_in_memory, words, used, distinct, tally: &mut *tally };
-                lockstep.run(header.loop_structure, &set.steps, ranges, &mut body)?;
+                let mut body = Recorder { walk, words, used, distinct, tally: &mut *tally };
+                lockstep.run(walk.loop_structure, &set.steps, ranges, &mut body)?;
             }
             let first_shaded = warp.shaded.len();
             let hits = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit < NOT_CAST);
@@ -211,7 +302,7 @@ fn is_traced(set: &RaySet, id: RaySetId, source: Option<&[u32]>, ray: usize) -> 
 
 /// Writes steps into words.
 struct Recorder<'a> {
-    stack_in_memory: bool,
+    walk: &'a Walk,
     words: &'a mut Vec<u32>,
     used: &'a mut usize,
     distinct: &'a mut Distinct,
@@ -263,10 +354,13 @@ impl Body for Recorder<'_> {
         let active = lanes.iter().fold(0, |all, lanes| all | lanes).count_ones();
         self.tally.warp_steps[op as usize] += 1;
         self.tally.lane_steps[op as usize] += u64::from(active);
+        if let (Some(unit), Op::Node | Op::Primitive) = (&self.walk.unit, op) {
+            unit.count(op, lanes, ids, &mut self.tally.unit);
+        }
         let header = (op as u32) << OP_SHIFT | active << LANES_SHIFT;
         match op {
             Op::Restart => {}
-            Op::Push | Op::Pop if self.stack_in_memory => self.stack(header, lanes, ids),
+            Op::Push | Op::Pop if self.walk.stack_in_memory => self.stack(header, lanes, ids),
             Op::Push | Op::Pop => {}
             _ => {
                 let at_root = |all, (&lanes, &id)| if id == 0 { all | lanes } else { all };

@@ -50,6 +50,8 @@ pub(crate) fn report() -> Report {
             sah_costs: [3.0, 1.5],
             short_stack: 4,
             trail_bits: Some(32),
+            node_format: None,
+            ray_unit: None,
         },
         left_out: vec![LeftOut { what: "textures".into(), why: "not read".into() }],
         run: Run {

@@ -1,9 +1,20 @@
 //! The triangle loop of a BVH leaf, shared by all BVH traversals.
 
-use super::tree::{Bvh, NodeRef};
+use super::tree::NodeRef;
 use crate::observe::{Observer, Op};
 use crate::ray::Hit;
 use crate::triangle::{GROUP, RayTriangle, TriangleGroup};
+
+/// What the leaves of a tree refer to.
+#[derive(Clone, Copy)]
+pub(crate) struct Leaves<'a, P: RayTriangle> {
+    /// Triangle indices, leaf after leaf.
+    pub(crate) references: &'a [u32],
+    /// The triangles in the same order; a leaf begins a new group.
+    pub(crate) groups: &'a [P::Group],
+    /// What the index of the tree's first triangle is in a hit.
+    pub(crate) base: u32,
+}
 
 /// Tests a leaf's triangles, keeping the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
 /// every structure gives the same answer. With `any`, returns at the first hit. Returns whether a hit was found.
@@ -11,8 +22,8 @@ use crate::triangle::{GROUP, RayTriangle, TriangleGroup};
 /// Triangles are tested in groups. Hits and steps are those of a loop over single triangles: with `any`, the triangles behind the
 /// first hit of a group count as not tested.
 #[inline(always)]
-pub(super) fn intersect<P: RayTriangle, O: Observer>(
-    bvh: &Bvh<P>,
+pub(crate) fn intersect<P: RayTriangle, O: Observer>(
+    Leaves { references, groups, base }: Leaves<'_, P>,
     leaf: NodeRef,
     ray: P::Ray<'_>,
     any: bool,
@@ -22,7 +33,7 @@ pub(super) fn intersect<P: RayTriangle, O: Observer>(
     observer.leaf_visit();
     let first = leaf.link as usize;
     let count = leaf.count() as usize;
-    let groups = &bvh.groups[first..first + count.div_ceil(GROUP)];
+    let groups = &groups[first..first + count.div_ceil(GROUP)];
     let mut found = false;
     for (index, group) in groups.iter().enumerate() {
         let hits = group.intersect(ray, best.t);
@@ -36,7 +47,7 @@ pub(super) fn intersect<P: RayTriangle, O: Observer>(
             let lane = lanes.trailing_zeros();
             lanes &= lanes - 1;
             let (t, u, v) = hits.of_lane(lane as usize);
-            let primitive = bvh.references[(group.first() + lane) as usize];
+            let primitive = base + references[(group.first() + lane) as usize];
             if t < best.t || (t <= best.t && primitive < best.primitive) {
                 *best = Hit { t, u, v, primitive };
                 found = true;
@@ -52,7 +63,7 @@ pub(super) fn intersect<P: RayTriangle, O: Observer>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::{BvhOptions, stack};
+    use crate::bvh::{Bvh, BvhOptions, stack};
     use crate::ray::{Query, Ray};
     use glam::Vec3;
     use scenes::Triangle;

@@ -82,7 +82,8 @@ pub fn trace<P: RayTriangle, O: Observer>(
             from = From::Parent;
             continue;
         }
-        let found = hit && leaf::intersect(bvh, node, prepared, query == Query::Any, &mut best, observer);
+        let found =
+            hit && leaf::intersect(bvh.leaves(0), node, prepared, query == Query::Any, &mut best, observer);
         if (found && query == Query::Any) || current == 0 {
             return best;
         }

@@ -203,7 +203,7 @@ fn trace_with<W: TrailWord, P: RayTriangle, O: Observer>(
                 }
                 continue;
             }
-        } else if leaf::intersect(bvh, node, prepared, query == Query::Any, &mut best, observer)
+        } else if leaf::intersect(bvh.leaves(0), node, prepared, query == Query::Any, &mut best, observer)
             && query == Query::Any
         {
             return best;

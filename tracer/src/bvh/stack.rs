@@ -1,6 +1,7 @@
 //! BVH traversal with a full stack, nearer child first: while-while, both children's boxes tested at their parent.
 
 use super::leaf;
+use super::pair_tree::PairTree;
 use super::tree::{Bvh, NodeRef};
 use crate::aabb::SlabRay;
 use crate::observe::{Observer, Op};
@@ -28,26 +29,56 @@ pub fn trace<P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, query: Query,
 
 #[inline(never)]
 fn run<const ANY: bool, P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, observer: &mut O) -> Hit {
+    let mut best = Hit::miss(ray.t_max);
+    descend::<ANY, P, O>(bvh, 0, ray, &mut best, observer);
+    best
+}
+
+/// Looks for a hit that is better than `best`, in which the tree's triangles have indices from `base`. Returns whether an
+/// any-hit query is answered.
+#[inline(always)]
+pub(crate) fn descend<const ANY: bool, P: RayTriangle, O: Observer>(
+    bvh: &Bvh<P>,
+    base: u32,
+    ray: &Ray,
+    best: &mut Hit,
+    observer: &mut O,
+) -> bool {
     let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
-    let mut best = Hit::miss(ray.t_max);
+    walk::<ANY, O>(bvh.pair_tree(), &slab, ray.t_min, best, observer, |node, _, best, observer| {
+        leaf::intersect(bvh.leaves(base), node, prepared, ANY, best, observer) && ANY
+    })
+}
+
+/// Walks a tree, whatever its leaves hold. `at_leaf` gets a leaf, the number of stack entries, the best hit so far and the observer,
+/// and says whether the walk is over; so does `walk`.
+#[inline(always)]
+pub(crate) fn walk<const ANY: bool, O: Observer>(
+    tree: PairTree<'_>,
+    slab: &SlabRay,
+    t_min: f32,
+    best: &mut Hit,
+    observer: &mut O,
+    mut at_leaf: impl FnMut(NodeRef, u32, &mut Hit, &mut O) -> bool,
+) -> bool {
     observer.step(Op::Node, 0);
     observer.box_tests(1);
-    let (near, far) = slab.entry_exit(&bvh.root_bounds, ray.t_min, best.t);
-    let meets_scene = near <= far;
-    if !meets_scene {
-        return best;
+    let (near, far) = slab.entry_exit(tree.root_bounds, t_min, best.t);
+    let meets_root = near <= far;
+    if !meets_root {
+        return false;
     }
 
     let mut stack = [const { MaybeUninit::<Entry>::uninit() }; CAPACITY];
     let mut top = 0;
-    let mut node = bvh.root;
+    let mut node = tree.root;
     loop {
         if node.is_inner() {
             observer.step(Op::Node, node.link);
             observer.box_tests(2);
-            let pair = bvh.pair(node.link);
-            let (near_a, far_a, near_b, far_b) = slab.entry_exit_pair(&pair.planes, ray.t_min, best.t);
+            let pair = tree.pair(node.link);
+            let (near_a, far_a, near_b, far_b) = slab.entry_exit_pair(&pair.planes, t_min, best.t);
             let (hit_a, hit_b) = (near_a <= far_a, near_b <= far_b);
             let [left, right] = pair.links;
             // Branches, not selections: a predicted branch lets the load of the next pair start before this pair's boxes are
@@ -78,12 +109,12 @@ fn run<const ANY: bool, P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, ob
                 node = right;
                 continue;
             }
-        } else if leaf::intersect(bvh, node, prepared, ANY, &mut best, observer) && ANY {
-            return best;
+        } else if at_leaf(node, top as u32, best, observer) {
+            return true;
         }
         loop {
             if top == 0 {
-                return best;
+                return false;
             }
             top -= 1;
             observer.step(Op::Pop, top as u32);

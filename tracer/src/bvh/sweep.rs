@@ -21,14 +21,17 @@ pub struct BvhOptions {
     /// Longest path from the root, in edges, at least `ceil(log2(triangles))`. Splits that could not be completed within it are
     /// not taken, so leaves do not grow because of it.
     pub max_depth: u32,
+    /// Most triangles of a leaf, at least 1: more are split even where that does not pay.
+    pub max_leaf: u32,
 }
 
 impl BvhOptions {
     /// The costs that Sousa et al. 2019 found efficient on a mobile GPU.
-    pub const MOBILE: Self = Self { traversal_cost: 3.0, intersection_cost: 1.5, max_depth: Self::MAX_DEPTH };
+    pub const MOBILE: Self =
+        Self { traversal_cost: 3.0, intersection_cost: 1.5, max_depth: Self::MAX_DEPTH, max_leaf: u32::MAX };
     /// Equal costs, as most CPU builders have them.
     pub const EQUAL_COSTS: Self =
-        Self { traversal_cost: 1.0, intersection_cost: 1.0, max_depth: Self::MAX_DEPTH };
+        Self { traversal_cost: 1.0, intersection_cost: 1.0, max_depth: Self::MAX_DEPTH, max_leaf: u32::MAX };
     /// Deepest tree that the traversal stack and the 64-bit restart trail can hold.
     pub const MAX_DEPTH: u32 = 63;
 }
@@ -72,6 +75,49 @@ struct Split {
     cost: f64,
 }
 
+/// A tree over boxes, before anything is stored for its leaves.
+pub(crate) struct Swept {
+    /// Root first, siblings adjacent, children behind their parent.
+    pub(crate) nodes: Vec<BvhNode>,
+    /// Indices of boxes, leaf after leaf, each exactly once.
+    pub(crate) references: Vec<u32>,
+    /// Longest path from the root, in edges.
+    pub(crate) depth: u32,
+}
+
+/// Builds the tree over boxes that are finite and not empty. The same comes out on any number of threads.
+///
+/// The number of boxes and the depth limit are those of [`Bvh::build_for`].
+pub(crate) fn sweep(boxes: &[Aabb], options: &BvhOptions) -> Swept {
+    if boxes.is_empty() {
+        return Swept { nodes: vec![PENDING], references: Vec::new(), depth: 0 };
+    }
+    let mut lists: [Vec<u32>; 3] = std::array::from_fn(|_| (0..boxes.len() as u32).collect::<Vec<u32>>());
+    lists.par_iter_mut().enumerate().for_each(|(axis, list)| sort_by_centroid(list, boxes, axis));
+
+    let builder = Builder {
+        boxes,
+        options: *options,
+        sides: boxes.iter().map(|_| std::sync::atomic::AtomicBool::new(false)).collect(),
+    };
+    let mut areas = vec![0.0; boxes.len()];
+    let mut scratch = vec![0; boxes.len()];
+    let [x, y, z] = &mut lists;
+    let draft = builder.subtree(Task {
+        lists: [x, y, z],
+        areas: &mut areas,
+        scratch: &mut scratch,
+        first: 0,
+        depth: 0,
+    });
+
+    let mut nodes = vec![PENDING];
+    let depth = place(draft, 0, 0, &mut nodes);
+    // Every leaf left its primitives, in order, in all three lists.
+    let [references, ..] = lists;
+    Swept { nodes, references, depth }
+}
+
 impl Bvh {
     /// [`Bvh::build_for`] the test of Moller & Trumbore.
     ///
@@ -92,34 +138,8 @@ impl<P: RayTriangle> Bvh<P> {
         assert!(triangles.len() <= MAX_TRIANGLES);
         assert!(options.max_depth <= BvhOptions::MAX_DEPTH);
         assert!(triangles.len() <= 1_usize << options.max_depth.min(40));
-        if triangles.is_empty() {
-            return Self::from_nodes(&[PENDING], Vec::new(), &[], 0, PlaneSlack::new(&[]));
-        }
         let boxes: Vec<Aabb> = triangles.par_iter().map(Aabb::of_triangle).collect();
-        let mut lists: [Vec<u32>; 3] =
-            std::array::from_fn(|_| (0..triangles.len() as u32).collect::<Vec<u32>>());
-        lists.par_iter_mut().enumerate().for_each(|(axis, list)| sort_by_centroid(list, &boxes, axis));
-
-        let builder = Builder {
-            boxes: &boxes,
-            options: *options,
-            sides: boxes.iter().map(|_| std::sync::atomic::AtomicBool::new(false)).collect(),
-        };
-        let mut areas = vec![0.0; triangles.len()];
-        let mut scratch = vec![0; triangles.len()];
-        let [x, y, z] = &mut lists;
-        let draft = builder.subtree(Task {
-            lists: [x, y, z],
-            areas: &mut areas,
-            scratch: &mut scratch,
-            first: 0,
-            depth: 0,
-        });
-
-        let mut nodes = vec![PENDING];
-        let depth = place(draft, 0, 0, &mut nodes);
-        // Every leaf left its primitives, in order, in all three lists.
-        let [references, ..] = lists;
+        let Swept { nodes, references, depth } = sweep(&boxes, options);
         let prepared: Vec<P> = references.iter().map(|&id| P::from(&triangles[id as usize])).collect();
         let bvh = Self::from_nodes(&nodes, references, &prepared, depth, PlaneSlack::new(&boxes));
         debug_assert!(triangles.len() > 50_000 || bvh.validate(triangles) == Ok(()));
@@ -144,9 +164,11 @@ impl Builder<'_> {
         let Task { lists, areas, scratch, first, depth } = task;
         let count = lists[0].len();
         let bounds = lists[0].iter().fold(Aabb::EMPTY, |all, &id| all.union(self.boxes[id as usize]));
+        let most = self.options.max_leaf as usize;
         let leaf_cost = self.options.intersection_cost * count as f64;
         let split = self.best_split(&lists, areas, bounds, depth);
-        let Some(Split { axis, left, .. }) = split.filter(|split| split.cost < leaf_cost) else {
+        let Some(Split { axis, left, .. }) = split.filter(|split| split.cost < leaf_cost || count > most)
+        else {
             // One order for all three lists, the primitive id, whichever axis happens to be first.
             for list in lists {
                 list.sort_unstable();

@@ -1,5 +1,7 @@
 //! The BVH as data.
 
+use super::leaf::Leaves;
+use super::pair_tree::PairTree;
 use crate::aabb::{Aabb, PlaneSlack};
 use crate::triangle::{GROUP, PreparedTriangle, RayTriangle, TriangleGroup};
 use glam::Vec3;
@@ -45,12 +47,15 @@ pub(crate) struct NodeRef {
 impl NodeRef {
     const INNER: u32 = 1 << 31;
 
-    fn inner(axis: usize, left: u32) -> Self {
+    pub(crate) fn inner(axis: usize, left: u32) -> Self {
         debug_assert!(axis < 3);
         Self { link: left, meta: Self::INNER | axis as u32 }
     }
 
-    fn leaf(group: u32, count: u32) -> Self {
+    /// A leaf without triangles.
+    pub(crate) const NOTHING: Self = Self { link: 0, meta: 0 };
+
+    pub(crate) fn leaf(group: u32, count: u32) -> Self {
         debug_assert!(count < Self::INNER);
         Self { link: group, meta: count }
     }
@@ -90,7 +95,7 @@ pub(crate) struct NodePair {
 const _: () = assert!(size_of::<NodePair>() == 64);
 
 impl NodePair {
-    fn new(boxes: [&Aabb; 2], links: [NodeRef; 2]) -> Self {
+    pub(super) fn new(boxes: [&Aabb; 2], links: [NodeRef; 2]) -> Self {
         let mut planes = [0.0; 12];
         for axis in 0..3 {
             for (side, bounds) in boxes.into_iter().enumerate() {
@@ -99,6 +104,15 @@ impl NodePair {
             }
         }
         Self { planes, links }
+    }
+
+    /// Pairs of all nodes but the root; `links` are those of `nodes`.
+    pub(crate) fn pack(nodes: &[BvhNode], links: &[NodeRef]) -> Vec<Self> {
+        let lefts = (1..nodes.len()).step_by(2);
+        let pair = |left: usize| {
+            Self::new([&nodes[left].bounds, &nodes[left + 1].bounds], [links[left], links[left + 1]])
+        };
+        lefts.map(pair).collect()
     }
 
     /// The left node (`side` 0) or the right one (1).
@@ -121,7 +135,7 @@ pub struct Bvh<P: RayTriangle = PreparedTriangle> {
     pub(crate) pairs: Vec<NodePair>,
     pub(crate) references: Vec<u32>,
     /// The triangles of each leaf in reference order; a leaf begins a new group.
-    pub(super) groups: Vec<P::Group>,
+    pub(crate) groups: Vec<P::Group>,
     pub(crate) depth: u32,
 }
 
@@ -161,14 +175,11 @@ impl<P: RayTriangle> Bvh<P> {
                 }
             })
             .collect();
-        let pair = |left: usize| {
-            NodePair::new([&nodes[left].bounds, &nodes[left + 1].bounds], [links[left], links[left + 1]])
-        };
         Self {
             root_bounds: nodes[0].bounds,
             slack,
             root: links[0],
-            pairs: (1..nodes.len()).step_by(2).map(pair).collect(),
+            pairs: NodePair::pack(nodes, &links),
             references,
             groups,
             depth,
@@ -201,24 +212,28 @@ impl<P: RayTriangle> Bvh<P> {
         (0..self.node_count()).map(|index| self.node(index))
     }
 
+    /// Its nodes, without what the leaves hold.
+    #[inline(always)]
+    pub(crate) fn pair_tree(&self) -> PairTree<'_> {
+        PairTree { root_bounds: &self.root_bounds, root: self.root, pairs: &self.pairs }
+    }
+
     /// Box and packed links of node `index`.
     #[inline(always)]
-    pub(super) fn packed_node(&self, index: u32) -> (Aabb, NodeRef) {
-        match index.checked_sub(1) {
-            None => (self.root_bounds, self.root),
-            Some(below) => self.pairs[(below / 2) as usize].side((below % 2) as usize),
-        }
+    pub(crate) fn packed_node(&self, index: u32) -> (Aabb, NodeRef) {
+        self.pair_tree().node(index)
+    }
+
+    /// What leaves refer to; the tree's first triangle has index `base` in hits.
+    #[inline(always)]
+    pub(super) fn leaves(&self, base: u32) -> Leaves<'_, P> {
+        Leaves { references: &self.references, groups: &self.groups, base }
     }
 
     /// The pair of nodes `left` and `left + 1`.
     #[inline(always)]
     pub(super) fn pair(&self, left: u32) -> &NodePair {
-        debug_assert!(left % 2 == 1);
-        let index = (left / 2) as usize;
-        debug_assert!(index < self.pairs.len());
-        // SAFETY: `left` is the link of an inner node. `Bvh::build`, the only constructor, gives every inner node a pair of
-        // children that exists; `Bvh::validate` checks it in debug builds. The safe twin is `packed_node`.
-        unsafe { self.pairs.get_unchecked(index) }
+        self.pair_tree().pair(left)
     }
 
     /// Triangle indices (file order) of all leaves: a permutation.

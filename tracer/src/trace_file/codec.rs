@@ -3,6 +3,7 @@
 //! Everything is a sequence of variable-length integers (LEB128). Those of the steps are in [`super::ray_steps`].
 
 use super::ray_steps::{decode_steps, encode_steps};
+use crate::accel::Accel;
 use crate::observe::{NodeFetch, Op};
 use crate::raster::TileDraw;
 use crate::ray::{NO_HIT, NOT_CAST};
@@ -232,6 +233,12 @@ pub(super) fn encode_topology(topology: &Topology) -> Vec<u8> {
                 push_varint(&mut bytes, zigzag(i64::from(left) - link) << 1);
                 link = i64::from(left);
             }
+            TopologyNode::Wide { first, count, leaves } => {
+                push_varint(&mut bytes, zigzag(i64::from(first) - link) << 1);
+                push_varint(&mut bytes, u64::from(count));
+                push_varint(&mut bytes, u64::from(leaves));
+                link = i64::from(first) + i64::from(count);
+            }
             TopologyNode::Leaf { first, count } => {
                 push_varint(&mut bytes, zigzag(i64::from(first) - position) << 1 | 1);
                 push_varint(&mut bytes, u64::from(count));
@@ -247,8 +254,11 @@ pub(super) fn encode_topology(topology: &Topology) -> Vec<u8> {
     bytes
 }
 
+/// Most children of a node of a wide BVH.
+const WIDEST_NODE: u64 = 8;
+
 /// Decodes and validates a tree's shape.
-pub(super) fn decode_topology(bytes: &[u8]) -> Result<Topology, String> {
+pub(super) fn decode_topology(bytes: &[u8], accel: Accel) -> Result<Topology, String> {
     let mut reader = Reader { bytes, position: 0 };
     let most = u64::from(Step::MAX_ID);
     let nodes = reader.bounded(most, "a number of nodes of")? as usize;
@@ -265,8 +275,16 @@ pub(super) fn decode_topology(bytes: &[u8]) -> Result<Topology, String> {
         let token = reader.varint()?;
         let difference = unzigzag(token >> 1);
         topology.nodes.push(if token & 1 == 0 {
-            link = link.wrapping_add(difference);
-            TopologyNode::Inner { left: to_u32(link)? }
+            let first = to_u32(link.wrapping_add(difference))?;
+            link = i64::from(first);
+            if accel == Accel::WideBvh {
+                let count = reader.bounded(WIDEST_NODE, "a number of inner children of")? as u32;
+                let leaves = reader.bounded(WIDEST_NODE - u64::from(count), "a number of leaves of")? as u32;
+                link += i64::from(count);
+                TopologyNode::Wide { first, count, leaves }
+            } else {
+                TopologyNode::Inner { left: first }
+            }
         } else {
             let first = to_u32(position.wrapping_add(difference))?;
             let count = reader.bounded(most, "a leaf's number of references of")? as u32;

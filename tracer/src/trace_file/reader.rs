@@ -147,7 +147,8 @@ impl TraceFile {
             stalls,
         };
         let raw = trace.read_chunk(0, STRUCTURE_SEED)?;
-        trace.topology = codec::decode_topology(&raw).map_err(|problem| trace.format_error(0, problem))?;
+        trace.topology = codec::decode_topology(&raw, trace.header.accel)
+            .map_err(|problem| trace.format_error(0, problem))?;
         if trace.topology.triangles != trace.header.triangles {
             let problem = format!(
                 "a tree over {} triangles, {} in the header",

@@ -1,0 +1,102 @@
+//! The traversal: that of a BVH with a full stack, for the TLAS and, at each of its leaves, for the BLAS of each instance.
+
+use super::structure::TwoLevel;
+use crate::aabb::SlabRay;
+use crate::bvh::stack::{descend, walk};
+use crate::observe::{Observer, Op};
+use crate::ray::{Hit, Query, Ray};
+use crate::triangle::RayTriangle;
+
+pub(super) fn trace<P: RayTriangle, O: Observer>(
+    structure: &TwoLevel<P>,
+    ray: &Ray,
+    query: Query,
+    cull_mask: u8,
+    observer: &mut O,
+) -> Hit {
+    match query {
+        Query::Closest => run::<false, P, O>(structure, ray, cull_mask, observer),
+        Query::Any => run::<true, P, O>(structure, ray, cull_mask, observer),
+    }
+}
+
+#[inline(never)]
+fn run<const ANY: bool, P: RayTriangle, O: Observer>(
+    structure: &TwoLevel<P>,
+    ray: &Ray,
+    cull_mask: u8,
+    observer: &mut O,
+) -> Hit {
+    let tlas = &structure.tlas;
+    let slab = SlabRay::new(ray, &tlas.slack);
+    let mut best = Hit::miss(ray.t_max);
+    walk::<ANY, O>(
+        tlas.pair_tree(),
+        &slab,
+        ray.t_min,
+        &mut best,
+        observer,
+        |leaf, stacked, best, observer| {
+            observer.leaf_visit();
+            tlas.instances(leaf).iter().any(|&number| {
+                observer.step(Op::Instance, number);
+                let placed = &structure.instances[number as usize];
+                if placed.mask & cull_mask == 0 {
+                    return false;
+                }
+                let blas = structure.blas_of(placed);
+                let mut in_blas = InBlas {
+                    outer: observer,
+                    first_node: blas.first_node,
+                    first_reference: blas.first_reference,
+                    stacked,
+                };
+                let ray = placed.object_ray(ray);
+                descend::<ANY, P, _>(&blas.tree, placed.first_primitive, &ray, best, &mut in_blas)
+            })
+        },
+    );
+    best
+}
+
+/// Tells `outer` of the steps within a BLAS, in the numbers of the whole structure.
+struct InBlas<'a, O> {
+    outer: &'a mut O,
+    first_node: u32,
+    first_reference: u32,
+    /// Entries that the TLAS has on the stack.
+    stacked: u32,
+}
+
+impl<O: Observer> Observer for InBlas<'_, O> {
+    #[inline(always)]
+    fn step(&mut self, op: Op, id: u32) {
+        let first = match op {
+            Op::Node | Op::Up | Op::Restart => self.first_node,
+            Op::Primitive | Op::AnyHit => self.first_reference,
+            Op::Push | Op::Pop => self.stacked,
+            Op::Instance => 0,
+        };
+        self.outer.step(op, first + id);
+    }
+
+    #[inline(always)]
+    fn box_tests(&mut self, n: u32) {
+        self.outer.box_tests(n);
+    }
+
+    #[inline(always)]
+    fn plane_test(&mut self) {
+        self.outer.plane_test();
+    }
+
+    #[inline(always)]
+    fn leaf_visit(&mut self) {
+        self.outer.leaf_visit();
+    }
+
+    #[inline(always)]
+    fn stall(&mut self) {
+        self.outer.stall();
+    }
+}

@@ -1,0 +1,11 @@
+//! Wide bounding volume hierarchies: nodes of four or eight children, in the formats that ray-tracing hardware and shaders read.
+
+mod collapse;
+mod format;
+mod quantise;
+pub mod stack;
+mod tree;
+
+pub use format::{NodeFormat, Origin};
+pub use quantise::Grid;
+pub use tree::{WideBvh, WideStatistics};
