@@ -450,6 +450,22 @@ pub(crate) struct FrameArgs {
     /// What the frame does not have although the scene needs it; the report says what that saves.
     #[arg(long, value_name = "FEATURE", value_delimiter = ',', value_parser = feature_names())]
     pub(crate) leave_out: Vec<String>,
+    /// Which rays follow the primary ones, instead of those that the scene asks for [default: hard-shadows]. Shadow rays also follow
+    /// what mirror, glossy and diffuse rays hit.
+    #[arg(long, value_name = "SET", value_delimiter = ',', value_parser = PossibleValuesParser::new(crate::ray_sets::names()))]
+    pub(crate) ray_sets: Vec<String>,
+    /// Rays per pixel of each set that is drawn at random: soft-shadows (and there per light), glossy, ao, diffuse [default: 1].
+    #[arg(long, value_name = "N")]
+    pub(crate) spp: Option<u32>,
+    /// Draws other rays [default: 0].
+    #[arg(long, value_name = "N")]
+    pub(crate) ray_seed: Option<u32>,
+    /// Radius of the sphere that each light is to soft shadows [default: 1/20 of the scene's radius].
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    pub(crate) light_radius: Option<f32>,
+    /// How far rays of ambient occlusion reach [default: 1/10 of the scene's radius].
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    pub(crate) ao_radius: Option<f32>,
     /// How rays are tested against triangles [default: moeller-trumbore]. Costs of operations are those of the default for either.
     #[arg(long, value_name = "TEST", value_parser = PossibleValuesParser::new(tracer::TriangleTest::ALL.map(tracer::TriangleTest::name)))]
     pub(crate) triangle_test: Option<String>,

@@ -7,8 +7,8 @@ use tracer::{Choice, Forced};
 /// What was asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Features {
-    shadow_rays: Option<Choice>,
-    normals: Option<Choice>,
+    /// In the order of [`Feature::ALL`].
+    choices: [Option<Choice>; Feature::ALL.len()],
 }
 
 impl Features {
@@ -24,15 +24,13 @@ impl Features {
                 (false, false) => None,
             }
         };
-        Ok(Self { shadow_rays: choice(Feature::ShadowRays), normals: choice(Feature::Normals) })
+        Ok(Self { choices: Feature::ALL.map(choice) })
     }
 
     /// What was asked for a feature.
     pub(crate) fn choice(self, feature: Feature) -> Option<Choice> {
-        match feature {
-            Feature::ShadowRays => self.shadow_rays,
-            Feature::Normals => self.normals,
-        }
+        let place = Feature::ALL.iter().position(|&other| other == feature);
+        place.and_then(|place| self.choices[place])
     }
 
     /// Whether the frame of a scene with these needs has a feature.

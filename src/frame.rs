@@ -3,12 +3,14 @@
 use crate::machine::Machine;
 use crate::meter::timed;
 use crate::progress::Progress;
+use crate::ray_sets::with_forced;
+use crate::secondary;
 use crate::settings::FrameSettings;
 use anyhow::bail;
-use scenes::{Feature, Light, Needs, Scene, Triangle};
+use scenes::{Feature, Light, Needs, RaySelection, Scene, Triangle};
 use tracer::{
     AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks,
-    TriangleTest, View,
+    SecondaryRays, TriangleTest, View,
 };
 
 /// What a report says of hits that are not those of the default test.
@@ -17,6 +19,9 @@ const WATERTIGHT_NOTE: &str = "hits are those of the watertight triangle test of
 
 /// What a report says of shadow rays in a scene without a light.
 const LIGHT_NOTE: &str = "The scene has no light; for the shadow rays that were forced in, a point light was placed above and behind the camera.";
+
+/// What a report says of hard shadows that are not among the sets of rays.
+const OMITTED_SHADOWS: &str = "not asked for: --ray-sets does not name hard-shadows";
 
 /// A scene whose primary rays can be traced.
 pub(crate) struct LoadedScene {
@@ -49,6 +54,8 @@ impl LoadedScene {
 /// A scene with a structure built over it.
 pub(crate) struct Frame<'a> {
     scene: &'a LoadedScene,
+    rays: RaySelection,
+    /// Of a frame with these rays.
     needs: Needs,
     pub(crate) structure: AccelerationStructure,
     settings: FrameSettings,
@@ -62,7 +69,9 @@ impl<'a> Frame<'a> {
         let _progress = Progress::spinner("building the structure");
         let (structure, build_s) =
             timed(|| AccelerationStructure::build(&scene.triangles, settings.traversal, &settings.build));
-        Ok(Self { scene, needs: scene.scene.needs(), structure: structure?, settings: *settings, build_s })
+        let rays = settings.rays.over(scene.scene.rays);
+        let needs = scene.scene.needs_of(&rays);
+        Ok(Self { scene, rays, needs, structure: structure?, settings: *settings, build_s })
     }
 
     /// A tracer of what `machines` replay: the camera's rays, the shadow rays that the frame has, and what a rasteriser draws where
@@ -73,20 +82,22 @@ impl<'a> Frame<'a> {
         if rasterises { tracer.with_raster() } else { tracer }
     }
 
-    /// A tracer of the camera's rays and of the shadow rays that the frame has; of `rays` alone if they are given.
+    /// A tracer of the camera's rays and of those that follow them; of `rays` alone if they are given.
     pub(crate) fn tracer(&self, rays: Option<Vec<Ray>>) -> FrameTracer<'_> {
         let remarks = self.remarks(rays.is_some());
-        let (rays, lights) = match rays {
-            Some(rays) => (Rays::List(rays), Vec::new()),
+        let (rays, lights, secondary) = match rays {
+            Some(rays) => (Rays::List(rays), Vec::new(), SecondaryRays::default()),
             None => {
                 let size = self.settings.size;
-                (Rays::View { view: self.view(), width: size.width, height: size.height }, self.lights())
+                let view = Rays::View { view: self.view(), width: size.width, height: size.height };
+                (view, self.lights(), self.secondary())
             }
         };
         let LoadedScene { scene, triangles, .. } = self.scene;
         let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
         let tracer =
             FrameTracer::new(&self.structure, &self.settings.build, triangles, identity, rays, lights)
+                .with_secondary(secondary)
                 .with_remarks(remarks)
                 .with_forced(self.settings.features.forced(&self.needs));
         if self.has(Feature::Normals) { tracer } else { tracer.without_normals() }
@@ -103,17 +114,36 @@ impl<'a> Frame<'a> {
         &self.scene.triangles
     }
 
-    /// Where shadow rays go.
+    /// Where hard shadow rays go from primary hits.
     pub(crate) fn lights(&self) -> Vec<scenes::Vec3> {
-        if !self.has(Feature::ShadowRays) {
-            return Vec::new();
-        }
-        let Scene { lights, .. } = &self.scene.scene;
+        if self.has(Feature::ShadowRays) { self.all_lights() } else { Vec::new() }
+    }
+
+    /// The scene's lights; one by default where shadow rays are forced into a scene without.
+    fn all_lights(&self) -> Vec<scenes::Vec3> {
+        let scene = &self.scene.scene;
         let position = |&Light::Point { position }: &Light| position;
-        if lights.is_empty() {
-            return vec![position(&self.scene.scene.default_light())];
+        if self.assumes_light() {
+            return vec![position(&scene.default_light())];
         }
-        lights.iter().map(position).collect()
+        scene.lights.iter().map(position).collect()
+    }
+
+    fn assumes_light(&self) -> bool {
+        let shadows = self.has(Feature::ShadowRays) || self.has(Feature::SoftShadows);
+        shadows && self.scene.scene.lights.is_empty()
+    }
+
+    /// What follows a primary hit besides hard shadow rays. What it hits is lit by all lights, unless shadow rays are left out.
+    fn secondary(&self) -> SecondaryRays {
+        let unlit = self.settings.features.choice(Feature::ShadowRays) == Some(Choice::Out);
+        let hit_lights = if unlit { Vec::new() } else { self.all_lights() };
+        secondary::rays(
+            &self.scene.scene,
+            &self.rays,
+            |feature| self.has(feature),
+            (self.all_lights(), hit_lights),
+        )
     }
 
     fn has(&self, feature: Feature) -> bool {
@@ -123,7 +153,13 @@ impl<'a> Frame<'a> {
     /// What a report should say of the scene, whose camera's rays are traced or a list of rays.
     fn remarks(&self, of_list: bool) -> SceneRemarks {
         let scene = &self.scene.scene;
-        let mut left_out: Vec<Omission> = self.needs.left_out().into_iter().map(omission).collect();
+        let asked = with_forced(self.rays, self.settings.features);
+        let mut left_out: Vec<Omission> =
+            scene.needs_of(&asked).left_out().into_iter().map(omission).collect();
+        if self.settings.rays.omits_hard_shadows() && !scene.lights.is_empty() {
+            let of_shadows = left_out.iter_mut().filter(|entry| entry.what == Feature::ShadowRays.what());
+            of_shadows.for_each(|entry| entry.why = OMITTED_SHADOWS.to_owned());
+        }
         for Forced { feature, choice } in self.settings.features.forced(&self.needs) {
             left_out.retain(|entry| entry.what != feature.what());
             if choice == Choice::Out {
@@ -132,20 +168,33 @@ impl<'a> Frame<'a> {
             }
         }
         if of_list {
-            let what = Feature::ShadowRays.what();
-            left_out.retain(|entry| entry.what != what);
-            let why = "a list of rays is traced for its closest hits alone".to_owned();
-            left_out.push(Omission { what: what.to_owned(), why });
+            let rays = Feature::ALL.into_iter().filter(|&feature| feature != Feature::Normals);
+            for feature in rays.filter(|&feature| feature == Feature::ShadowRays || self.has(feature)) {
+                let what = feature.what();
+                left_out.retain(|entry| entry.what != what);
+                let why = "a list of rays is traced for its closest hits alone".to_owned();
+                left_out.push(Omission { what: what.to_owned(), why });
+            }
         }
         let scene_notes = scene.notes.iter().map(|note| note.text());
-        let light_note = (self.has(Feature::ShadowRays) && scene.lights.is_empty()).then_some(LIGHT_NOTE);
+        let light_note = self.assumes_light().then_some(LIGHT_NOTE);
+        let ray_notes = if of_list {
+            Vec::new()
+        } else {
+            secondary::notes(scene, &self.rays, &self.needs, |feature| self.has(feature))
+        };
         let test_notes = match self.settings.build.triangle_test {
             TriangleTest::MoellerTrumbore => None,
             TriangleTest::Watertight => Some(WATERTIGHT_NOTE),
         };
         SceneRemarks {
             left_out,
-            notes: scene_notes.chain(light_note).chain(test_notes).map(str::to_owned).collect(),
+            notes: scene_notes
+                .chain(light_note)
+                .chain(test_notes)
+                .map(str::to_owned)
+                .chain(ray_notes)
+                .collect(),
         }
     }
 }

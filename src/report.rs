@@ -10,7 +10,7 @@ use gpumodel::{Attempt, HeatMaps, Maps, PrimitiveOrder, Replayed, Sampled, Sampl
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, SceneRemarks, TileSource, TraceHeader};
+use tracer::{Frame, Omission, RaySetId, SceneRemarks, TileSource, TraceHeader};
 
 /// Pixels above this percentile share the heat map's last colour.
 pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
@@ -179,12 +179,24 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
             costs: machine.costs_hash.clone(),
         },
         triangles: header.triangles,
-        ray_sets: header.ray_sets.iter().map(|kind| kind.name().to_owned()).collect(),
+        ray_sets: of_first_sample(header).map(|set| set.kind.name().to_owned()).collect(),
+        samples_per_pixel: samples_per_pixel(header),
         sah_costs: header.sah_costs,
         short_stack: header.short_stack,
         trail_bits: header.trail_bits,
         node_format: header.node_format.map(|format| format.name().to_owned()),
     }
+}
+
+/// The ray sets of the first sample of each pixel.
+pub(crate) fn of_first_sample(header: &TraceHeader) -> impl Iterator<Item = &RaySetId> {
+    header.ray_sets.iter().filter(|set| set.sample == 0)
+}
+
+/// Samples of a pixel, where it has several of any kind of ray.
+pub(crate) fn samples_per_pixel(header: &TraceHeader) -> Option<u32> {
+    let samples = header.ray_sets.iter().map(|set| set.sample + 1).max();
+    samples.filter(|&samples| samples > 1)
 }
 
 /// The files of a report, opened.

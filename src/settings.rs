@@ -2,6 +2,7 @@
 
 use crate::args::FrameArgs;
 use crate::features::Features;
+use crate::ray_sets::RayRequest;
 use anyhow::{anyhow, bail};
 use tracer::bvh::restart_trail::TrailBits;
 use tracer::kd::{FlatCells, KdOptions, Splits};
@@ -59,6 +60,7 @@ pub(crate) struct FrameSettings {
     pub(crate) traversal: Traversal,
     pub(crate) build: BuildOptions,
     pub(crate) features: Features,
+    pub(crate) rays: RayRequest,
 }
 
 impl FrameSettings {
@@ -74,6 +76,11 @@ impl FrameSettings {
             trail_bits,
             force,
             leave_out,
+            ray_sets: _,
+            spp: _,
+            ray_seed: _,
+            light_radius: _,
+            ao_radius: _,
             triangle_test,
             splits,
             flat_cells,
@@ -133,8 +140,10 @@ impl FrameSettings {
         if traversal == Traversal::KdBacktrack && flat_cells.as_deref() == Some("allowed") {
             bail!("--flat-cells allowed: backtracking cannot leave a cell without thickness; leave it out");
         }
+        let features = Features::new(force, leave_out)?;
         Ok(Self {
-            features: Features::new(force, leave_out)?,
+            features,
+            rays: RayRequest::new(args, features)?,
             size: size.as_deref().map(ImageSize::parse).transpose()?.unwrap_or_default(),
             traversal,
             build: BuildOptions {

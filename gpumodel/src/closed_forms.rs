@@ -1,13 +1,14 @@
 //! Whole replays of hand-written traces against figures worked out by hand.
 
+use crate::config::SharedCosts;
 use crate::counters::{BufferTraffic, COUNTERS, FrameCounters, Pass, TrafficCounters, Value};
 use crate::layout::PrimitiveLayout;
-use crate::mock::{MockRay, Recorded, config, gpu, ray_set};
+use crate::mock::{MockRay, Recorded, complete_tree, config, gpu, ray_set};
 use crate::replay::{Maps, ReplayConfig, Replayed, replay};
 use crate::{Estimate, Gpu, estimate};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use tracer::{Accel, LoopStructure, NO_HIT, NodeFetch, Op, RayKind};
+use tracer::{Accel, LoopStructure, NO_HIT, NOT_CAST, NodeFetch, Op, RayKind, RaySetId};
 
 fn run_on(source: &Recorded, config: &ReplayConfig) -> Replayed {
     replay(source, config, Maps::Kept, &|_, _| {}).expect("the mock is valid")
@@ -143,7 +144,7 @@ fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
     let hit = |ray: u32| if ray < 6 { ray } else { NO_HIT };
     let primary: Vec<MockRay> = (0..32).map(|ray| (vec![(Op::Node, 0)], hit(ray))).collect();
     let mut source = Recorded::list(Accel::Bvh, "stack", 64, &primary);
-    source.header.ray_sets.push(RayKind::Shadow);
+    source.header.ray_sets.push(RaySetId::shadow(0));
     // The shadow ray of pixel 5 misses the box of the scene: it takes no step.
     let shadow: Vec<MockRay> = (0..32_u32)
         .map(|ray| (if ray < 5 { vec![(Op::Node, 1), (Op::Node, 2)] } else { Vec::new() }, NO_HIT))
@@ -156,6 +157,57 @@ fn shadow_rays_are_a_pass_of_their_own_and_only_of_pixels_that_hit() {
         (32, 10)
     );
     assert_eq!(counters.total().issue.rays, 38);
+}
+
+#[test]
+fn reflection_rays_are_shaded_in_their_own_pass_and_only_their_hits_send_shadow_rays() {
+    let primary: Vec<MockRay> =
+        (0..32).map(|ray| (vec![(Op::Node, 0)], if ray < 20 { ray } else { NO_HIT })).collect();
+    let mut source = Recorded::list(Accel::Kd, "stack", 64, &primary);
+    let id = |kind: RayKind| RaySetId { kind, sample: 1, light: 0 };
+    source.header.ray_sets.extend([id(RayKind::Reflection), id(RayKind::ReflectionShadow)]);
+    // Of 20 hits 12 surfaces reflect: 8 of those rays hit, 2 miss, and 2 miss the box of the scene.
+    let reflection = |ray: u32| match ray {
+        0..8 => (vec![(Op::Node, 1), (Op::Node, 2), (Op::Node, 3)], 40 + ray),
+        8..10 => (vec![(Op::Node, 1)], NO_HIT),
+        10..12 => (Vec::new(), NO_HIT),
+        12..20 => (Vec::new(), NOT_CAST),
+        _ => (Vec::new(), NO_HIT),
+    };
+    let shadow = |ray: u32| (if ray < 7 { vec![(Op::Node, 4)] } else { Vec::new() }, NO_HIT);
+    for rays in [(0..32).map(reflection).collect::<Vec<MockRay>>(), (0..32).map(shadow).collect()] {
+        source.tiles[0].ray_sets.push(ray_set(&rays));
+    }
+    for layout in [PrimitiveLayout::Padded, PrimitiveLayout::Compact] {
+        for technique in ["fragment", "compute"] {
+            let technique = crate::mock::technique(technique);
+            let config = ReplayConfig { primitive_layout: layout, technique, ..config(gpu(&[])) };
+            let counters = run_on(&source, &config).counters;
+            let issue = |pass: Pass| counters.pass(pass).issue;
+            let rays = [Pass::Primary, Pass::Reflection, Pass::ReflectionShadow].map(|pass| issue(pass).rays);
+            assert_eq!(rays, [32, 12, 8]);
+            assert_eq!(issue(Pass::Reflection).node_fetches, 3 * 8 + 2);
+            let shaded =
+                [Pass::Output, Pass::Reflection, Pass::ReflectionShadow].map(|pass| issue(pass).shaded);
+            assert_eq!(shaded, [20, 8, 0]);
+            let loads = if layout == PrimitiveLayout::Compact { 5 } else { 3 };
+            let mut missing = Recorded {
+                header: source.header.clone(),
+                topology: complete_tree(64),
+                tiles: source.tiles.clone(),
+            };
+            let hits = missing.tiles[0].ray_sets[1].hits.iter_mut();
+            hits.filter(|hit| **hit < NOT_CAST).for_each(|hit| *hit = NO_HIT);
+            let unshaded = run_on(&missing, &config).counters.pass(Pass::Reflection).issue;
+            let shaded = issue(Pass::Reflection);
+            assert_eq!(shaded.memory_instructions - unshaded.memory_instructions, loads, "{layout:?}");
+            assert_eq!(shaded.lane_bytes - unshaded.lane_bytes, loads * 16 * 8, "{layout:?}");
+            let SharedCosts { shade, compact_normal, address, .. } = config.costs.shared;
+            let compact = if layout == PrimitiveLayout::Compact { compact_normal.alu } else { 0 };
+            let operations = u64::from(shade.alu + compact + address.alu * loads as u32) * 8;
+            assert_eq!(shaded.alu_active - unshaded.alu_active, operations, "{layout:?}");
+        }
+    }
 }
 
 #[test]

@@ -4,8 +4,8 @@ use crate::config::{Gpu, ShaderCosts, Technique};
 use crate::layout::{NodeOrder, NodeRecords, PrimitiveLayout};
 use crate::replay::ReplayConfig;
 use tracer::{
-    Accel, Frame, LoopStructure, NodeFetch, Op, RayKind, RaySet, Step, TILE_RAYS, Tile, TileSource, Topology,
-    TopologyNode, TraceHeader,
+    Accel, Frame, LoopStructure, NodeFetch, Op, RaySet, RaySetId, Step, TILE_RAYS, Tile, TileSource,
+    Topology, TopologyNode, TraceHeader,
 };
 
 /// A trace in memory.
@@ -47,7 +47,7 @@ impl Recorded {
             scene_hash: "0".repeat(16),
             triangles: leaves,
             frame: Frame::List { rays: rays.len() as u32 },
-            ray_sets: vec![RayKind::Primary],
+            ray_sets: vec![RaySetId::PRIMARY],
             raster: false,
             normals: true,
             forced: Vec::new(),

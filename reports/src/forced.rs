@@ -12,7 +12,15 @@ impl Forced {
         let time = seconds.map(|seconds| format!("{} ms", units::digits(seconds * 1e3)));
         let frame = units::digits(frame_s * 1e3);
         let sentence = match (feature, choice) {
-            (Feature::ShadowRays, Choice::In) => format!(
+            (
+                Feature::ShadowRays
+                | Feature::SoftShadows
+                | Feature::Mirror
+                | Feature::Glossy
+                | Feature::AmbientOcclusion
+                | Feature::Diffuse,
+                Choice::In,
+            ) => format!(
                 "it takes {} of the frame's {frame} ms and reads {} from DRAM; it shares caches with the other passes of its shader",
                 time.unwrap_or_else(|| "no time".to_owned()),
                 bytes(dram_read_bytes.unwrap_or(0)),
@@ -25,6 +33,17 @@ impl Forced {
                     "what it would add does not follow from a frame without rays; run it with them".to_owned()
                 }
             },
+            (
+                Feature::SoftShadows
+                | Feature::Mirror
+                | Feature::Glossy
+                | Feature::AmbientOcclusion
+                | Feature::Diffuse,
+                Choice::Out,
+            ) => format!(
+                "what it would add to the frame's {frame} ms follows from a run without --leave-out {}",
+                feature.name()
+            ),
             (Feature::Normals, Choice::In) => {
                 let read =
                     dram_read_bytes.map(|read| format!(", and {} are read from DRAM for them", bytes(read)));

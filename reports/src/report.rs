@@ -91,6 +91,9 @@ pub struct Inputs {
     pub triangles: u32,
     /// Ray sets, in the order in which a pixel casts them.
     pub ray_sets: Vec<String>,
+    /// Rays of a pixel in each set that is drawn at random, where it has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples_per_pixel: Option<u32>,
     /// SAH costs Ct and Ci of the build.
     pub sah_costs: [f64; 2],
     /// Entries of a short stack in registers; 0 without one.

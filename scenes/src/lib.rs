@@ -16,18 +16,20 @@ mod material;
 pub mod mtl;
 mod needs;
 pub mod obj;
+mod rays;
 mod scene;
 pub mod scene_file;
 
-pub use builtin::{BUILTINS, Builtin, builtin};
+pub use builtin::{BUILTINS, Builtin, builtin, sin_cos};
 pub use camera::Camera;
 pub use error::Error;
 pub use geometry::{Aabb, Instance, Mesh, Normals, Triangle};
 pub use glam::{Affine3A, Vec3};
-pub use light::{Light, RaySelection};
+pub use light::Light;
 pub use load::{FREE_EXPANSION, Geometry, MAX_EXPANSION, MAX_FILE_BYTES, load};
 pub use material::{Material, Reflection};
 pub use needs::{Feature, LeftOut, Needs};
+pub use rays::{Gloss, RaySelection, RoughnessGates, SAMPLES, is_radius};
 pub use scene::{Note, Scene};
 
 /// Most triangles a scene may have after all instances are applied; a loader refuses more.

@@ -50,6 +50,14 @@ impl Material {
         }
     }
 
+    /// The roughness that decides on its reflection rays: 0 for mirror and glass, none for a surface without specular colour.
+    pub fn reflected_roughness(&self) -> Option<f32> {
+        match self.reflection {
+            Reflection::Mirror | Reflection::Glass => Some(0.0),
+            Reflection::None => (self.specular.max_element() > 0.0).then_some(self.roughness),
+        }
+    }
+
     /// The stand-in where a file names no material or one that is not defined.
     pub(crate) fn assumed(name: impl Into<String>) -> Self {
         Material::matte(name, Vec3::splat(0.5))

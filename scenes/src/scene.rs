@@ -1,7 +1,7 @@
 //! A whole scene: geometry, materials, camera, lights, rays, and what had to be assumed.
 
-use crate::load;
 use crate::{Aabb, Camera, Instance, Light, Material, Mesh, Needs, RaySelection, Triangle};
+use crate::{camera, load};
 use glam::Vec3;
 use serde::Serialize;
 use std::fmt;
@@ -60,7 +60,23 @@ pub struct Scene {
 impl Scene {
     /// What the scene requires of a renderer.
     pub fn needs(&self) -> Needs {
-        Needs::of(self)
+        Needs::of(self, &self.rays)
+    }
+
+    /// As [`Self::needs`], of a frame with these rays.
+    pub fn needs_of(&self, rays: &RaySelection) -> Needs {
+        Needs::of(self, rays)
+    }
+
+    /// Radius of the sphere around the scene's box.
+    pub fn radius(&self) -> f64 {
+        camera::bounding_sphere(self.bounds()).1
+    }
+
+    /// The material of every triangle, in the order of [`Scene::triangles`].
+    pub fn triangle_materials(&self) -> impl Iterator<Item = &Material> {
+        let meshes = self.instances.iter().map(|instance| &self.meshes[instance.mesh as usize]);
+        meshes.flat_map(|mesh| &mesh.materials).map(|&material| &self.materials[material as usize])
     }
 
     /// The light that a scene without one is given: above and behind the camera.

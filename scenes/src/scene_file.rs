@@ -13,9 +13,19 @@
 //! kind = "point"
 //! position = [0.0, 1200.0, 50.0]
 //!
-//! [rays]                              # optional, both true
+//! [rays]                              # optional, as are its keys; these are their defaults
 //! primary = true
-//! shadow = true
+//! shadow = true                       # to the middle of each light
+//! soft_shadows = false                # to points of the sphere that each light is
+//! mirror = false
+//! glossy = false
+//! ambient_occlusion = false
+//! diffuse = false
+//! samples = 1                         # per pixel, of each set that is drawn at random
+//! seed = 0
+//! roughness = { mirror = 0.1, glossy = 0.4 }  # up to which surfaces send reflection rays
+//! # light_radius = 10.0               # of the spheres; else 1/20 of the scene's radius
+//! # ambient_occlusion_radius = 50.0   # how far its rays reach; else 1/10 of the scene's radius
 //! ```
 //!
 //! Unknown keys are refused.
@@ -78,6 +88,9 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<SceneFile, Error> {
     })?;
     if let Some(camera) = &file.camera {
         camera.validate(name)?;
+    }
+    if let Some(rays) = &file.rays {
+        rays.validate(name)?;
     }
     if file.lights.iter().flatten().any(|light| !light.position.is_finite()) {
         return Err(Error::new(name, "a light's position is not finite", "give finite numbers"));

@@ -2,7 +2,7 @@
 
 mod common;
 
-use scenes::{Light, Vec3, load, scene_file};
+use scenes::{Light, RaySelection, RoughnessGates, Vec3, load, scene_file};
 
 const WHOLE: &str = r#"
 geometry = "mesh.obj"
@@ -109,4 +109,30 @@ fn a_scene_file_cannot_name_a_scene_file_or_itself() {
 fn a_light_that_is_not_finite_is_refused() {
     let e = refused("geometry = \"cornell\"\n[[lights]]\nkind = \"point\"\nposition = [0, inf, 0]\n");
     assert!(e.problem().contains("light"), "{e}");
+}
+
+#[test]
+fn every_key_of_the_rays_is_used_and_the_others_keep_their_defaults() {
+    let rays = |keys: &str| {
+        let text = format!("geometry = \"cornell\"\n[rays]\n{keys}\n");
+        scene_file::parse(text.as_bytes(), "rays.toml").expect(keys).rays.expect("a table")
+    };
+    let plain = RaySelection::default();
+    assert_eq!(rays(""), plain);
+    let roughness = RoughnessGates { mirror: 0.05, ..plain.roughness };
+    for (keys, expected) in [
+        ("shadow = false", RaySelection { shadow: false, ..plain }),
+        ("soft_shadows = true", RaySelection { soft_shadows: true, ..plain }),
+        ("mirror = true", RaySelection { mirror: true, ..plain }),
+        ("glossy = true", RaySelection { glossy: true, ..plain }),
+        ("ambient_occlusion = true", RaySelection { ambient_occlusion: true, ..plain }),
+        ("diffuse = true", RaySelection { diffuse: true, ..plain }),
+        ("samples = 64", RaySelection { samples: 64, ..plain }),
+        ("seed = 4294967295", RaySelection { seed: u32::MAX, ..plain }),
+        ("light_radius = 2.5", RaySelection { light_radius: Some(2.5), ..plain }),
+        ("ambient_occlusion_radius = 3", RaySelection { ambient_occlusion_radius: Some(3.0), ..plain }),
+        ("roughness = { mirror = 0.05 }", RaySelection { roughness, ..plain }),
+    ] {
+        assert_eq!(rays(keys), expected, "{keys}");
+    }
 }

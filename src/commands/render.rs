@@ -10,6 +10,7 @@ use crate::frame::{Frame, LoadedScene};
 use crate::meter::timed;
 use crate::output::OutputFile;
 use crate::progress::Progress;
+use crate::ray_sets::RayRequest;
 use crate::settings::{FrameSettings, start_threads};
 use anyhow::bail;
 use rayon::prelude::*;
@@ -24,6 +25,12 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
     if settings.features.choice(Feature::Normals).is_some() {
         bail!("--force and --leave-out normals: a picture is shaded by the flat normal; leave them out");
+    }
+    let others = Feature::ALL.into_iter().filter(|&feature| feature != Feature::ShadowRays);
+    if settings.rays != RayRequest::default()
+        || others.into_iter().any(|feature| settings.features.choice(feature).is_some())
+    {
+        bail!("--ray-sets and its options: a picture has primary and hard shadow rays alone; leave them out");
     }
     start_threads(args.run.threads)?;
     let out = OutputFile::create(&args.out)?;

@@ -7,22 +7,33 @@ use crate::frame::{Frame, LoadedScene};
 use crate::meter::timed;
 use crate::output::{OutputFile, check_writable};
 use crate::progress::Progress;
+use crate::ray_sets::RayRequest;
+use crate::report::{of_first_sample, samples_per_pixel};
 use crate::settings::{FrameSettings, start_threads};
 use anyhow::bail;
 use rayon::prelude::*;
 use scenes::Feature;
 use std::io::Write;
-use tracer::{Choice, EncodedTile, FrameTracer, Hit, Tile, TileSource, TraceWriter};
+use tracer::{Choice, EncodedTile, FrameTracer, Hit, Tile, TileSource, TraceHeader, TraceWriter};
 
 /// Tiles that are traced together, for each thread: enough to even out their cost, few enough to hold in memory.
 const TILES_PER_THREAD: u32 = 16;
 
 pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
-    if args.rays.is_some() && settings.features.choice(Feature::ShadowRays) == Some(Choice::In) {
-        bail!(
-            "--force shadow-rays: the rays of --rays are traced for their closest hits alone; leave out one of them"
-        );
+    if args.rays.is_some() {
+        let forced = Feature::ALL.into_iter().find(|&feature| {
+            feature != Feature::Normals && settings.features.choice(feature) == Some(Choice::In)
+        });
+        let option = match forced {
+            Some(feature) => Some(format!("--force {}", feature.name())),
+            None => (settings.rays != RayRequest::default()).then(|| "--ray-sets and its options".to_owned()),
+        };
+        if let Some(option) = option {
+            bail!(
+                "{option}: the rays of --rays are traced for their closest hits alone; leave out one of them"
+            );
+        }
     }
     start_threads(args.run.threads)?;
     let rays = args.rays.as_deref().map(tracer::read_rays).transpose()?;
@@ -42,7 +53,7 @@ pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
         "{}: {} rays of {}, {} steps, {} bytes, {:.3} bytes per step\nload {:.2} s, build {:.2} s, trace and write {:.2} s\n",
         args.out.display(),
         header.frame.rays(),
-        header.ray_sets.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(" + "),
+        ray_sets(header),
         steps,
         bytes,
         bytes as f64 / steps.max(1) as f64,
@@ -51,6 +62,14 @@ pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
         trace_s,
     ))?;
     Ok(Outcome::Done)
+}
+
+fn ray_sets(header: &TraceHeader) -> String {
+    let names = of_first_sample(header).map(|set| set.kind.name()).collect::<Vec<_>>().join(" + ");
+    match samples_per_pixel(header) {
+        Some(samples) => format!("{names} with {samples} samples per pixel"),
+        None => names,
+    }
 }
 
 /// Writes the trace file of all tiles.

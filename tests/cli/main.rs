@@ -9,6 +9,7 @@ mod machine;
 mod miss_trace;
 mod needs;
 mod outputs;
+mod ray_sets;
 mod render;
 mod results;
 mod samples;

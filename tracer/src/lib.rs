@@ -15,6 +15,9 @@ mod plane_ray;
 mod raster;
 mod ray;
 mod ray_file;
+mod ray_set;
+mod sampling;
+mod secondary;
 mod topology;
 mod trace;
 mod trace_file;
@@ -30,15 +33,17 @@ pub use accel::{Accel, AccelerationStructure, BuildOptions, LeafCounts, StackUse
 pub use error::Error;
 pub use observe::{LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCounter};
 pub use raster::{Raster, RasterTile, TileDraw};
-pub use ray::{Hit, NO_HIT, Query, Ray};
+pub use ray::{Hit, NO_HIT, NOT_CAST, Query, Ray};
 pub use ray_file::{RAY_BYTES, read_rays};
+pub use ray_set::{MAX_RAY_SETS, RayKind, RaySetId};
 pub use scenes::Feature;
+pub use secondary::{ReflectionRays, SecondaryRays, SoftShadows};
 pub use topology::{Topology, TopologyNode};
 pub use trace::{
-    Choice, Forced, Frame, MAX_TILE_STEPS, Omission, RayKind, RaySet, Recorder, SceneRemarks, Step,
-    TILE_EDGE, TILE_RAYS, Tile, TileOutline, TileRect, TileSource, TraceHeader,
+    Choice, Forced, Frame, MAX_TILE_STEPS, Omission, RaySet, Recorder, SceneRemarks, Step, TILE_EDGE,
+    TILE_RAYS, Tile, TileOutline, TileRect, TileSource, TraceHeader,
 };
 pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};
 pub use triangle::{PreparedTriangle, RayTriangle, TriangleTest, WatertightTriangle};
-pub use view::{RayOffset, View};
+pub use view::{Departure, RayOffset, View};

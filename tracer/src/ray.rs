@@ -38,6 +38,9 @@ pub enum Query {
 /// The primitive id of a miss.
 pub const NO_HIT: u32 = u32::MAX;
 
+/// In a [`RaySet`](crate::RaySet), the primitive id of a ray that its pixel did not cast although the ray that it would start from hit.
+pub const NOT_CAST: u32 = u32::MAX - 1;
+
 /// The answer of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::observe::{LoopStructure, NodeFetch, Observer, Op};
 use crate::raster::TileDraw;
 use crate::ray::NO_HIT;
+use crate::ray_set::{self, RaySetId};
 use crate::topology::Topology;
 use crate::wide::NodeFormat;
 use scenes::Feature;
@@ -46,26 +47,6 @@ impl Step {
     #[inline(always)]
     pub fn id(self) -> u32 {
         self.0 & Self::MAX_ID
-    }
-}
-
-/// Which rays a set holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RayKind {
-    /// From the camera, or from a ray file; closest hit.
-    Primary,
-    /// From each primary hit to a light; any hit.
-    Shadow,
-}
-
-impl RayKind {
-    /// Its name in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            RayKind::Primary => "primary",
-            RayKind::Shadow => "shadow",
-        }
     }
 }
 
@@ -141,7 +122,7 @@ pub struct RaySet {
     pub steps: Vec<Step>,
     /// Per ray, where its steps end in `steps`. A ray without steps was not traced.
     pub ends: Vec<u32>,
-    /// Per ray, the triangle hit (file order), or [`NO_HIT`].
+    /// Per ray, the triangle hit (file order), [`NO_HIT`], or [`NOT_CAST`](crate::NOT_CAST).
     pub hits: Vec<u32>,
 }
 
@@ -177,7 +158,7 @@ impl RaySet {
         Ok(())
     }
 
-    /// Ends a ray that was not traced.
+    /// Ends a ray that was not traced, as nothing was hit that it would start from.
     pub fn skip_ray(&mut self) {
         self.ends.push(self.steps.len() as u32);
         self.hits.push(NO_HIT);
@@ -285,8 +266,9 @@ pub struct TraceHeader {
     pub triangles: u32,
     /// Numbering of the rays.
     pub frame: Frame,
-    /// Kinds of rays, in the order in which a pixel's shader casts them.
-    pub ray_sets: Vec<RayKind>,
+    /// The sets of rays, in the order in which a pixel's shader casts them.
+    #[serde(with = "ray_set")]
+    pub ray_sets: Vec<RaySetId>,
     /// Whether tiles list the triangles that a rasteriser draws; never for a list of rays.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub raster: bool,

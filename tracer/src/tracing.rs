@@ -5,10 +5,10 @@ use crate::bvh::restart_trail::TrailBits;
 use crate::error::Error;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
+use crate::ray_set::RaySetId;
+use crate::secondary::{Scene, SecondaryRays};
 use crate::topology::Topology;
-use crate::trace::{
-    Forced, Frame, RayKind, Recorder, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader,
-};
+use crate::trace::{Forced, Frame, Recorder, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader};
 use crate::view::{RayOffset, View};
 use glam::Vec3;
 use scenes::Triangle;
@@ -55,15 +55,14 @@ pub struct SceneIdentity {
 
 /// Traces the tiles of a frame when they are asked for.
 pub struct FrameTracer<'a> {
-    structure: &'a AccelerationStructure,
-    triangles: &'a [Triangle],
+    scene: Scene<'a>,
     rays: Rays,
     /// The same image rasterised, where that was asked for.
     raster: Option<Raster<'a>>,
     /// One set of shadow rays each.
     lights: Vec<Vec3>,
-    /// Where they begin.
-    offset: RayOffset,
+    /// What else follows a primary hit.
+    secondary: SecondaryRays,
     header: TraceHeader,
     topology: Topology,
     stalls: AtomicU64,
@@ -80,8 +79,8 @@ impl<'a> FrameTracer<'a> {
         lights: Vec<Vec3>,
     ) -> Self {
         let traversal = structure.traversal();
-        let ray_sets =
-            std::iter::once(RayKind::Primary).chain(lights.iter().map(|_| RayKind::Shadow)).collect();
+        let shadows = (0..lights.len() as u32).map(RaySetId::shadow);
+        let ray_sets = std::iter::once(RaySetId::PRIMARY).chain(shadows).collect();
         let header = TraceHeader {
             generator: concat!("raybudget ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: scene.name,
@@ -105,15 +104,25 @@ impl<'a> FrameTracer<'a> {
             remarks: SceneRemarks::default(),
         };
         let topology = structure.topology();
-        let offset = RayOffset::new(triangles);
+        let scene = Scene { structure, triangles, offset: RayOffset::new(triangles) };
+        let secondary = SecondaryRays::default();
         let stalls = AtomicU64::new(0);
-        Self { structure, triangles, rays, raster: None, lights, offset, header, topology, stalls }
+        Self { scene, rays, raster: None, lights, secondary, header, topology, stalls }
+    }
+
+    /// The same tracer, which also casts these rays from every primary hit.
+    #[must_use]
+    pub fn with_secondary(mut self, secondary: SecondaryRays) -> Self {
+        self.header.ray_sets.truncate(1 + self.lights.len());
+        self.header.ray_sets.extend(secondary.ray_sets());
+        self.secondary = secondary;
+        self
     }
 
     /// The same tracer, which also lists what a rasteriser draws in each tile; a list of rays stays as it is.
     #[must_use]
     pub fn with_raster(mut self) -> Self {
-        self.raster = self.rays.raster(self.triangles);
+        self.raster = self.rays.raster(self.scene.triangles);
         self.header.raster = self.raster.is_some();
         self
     }
@@ -172,8 +181,10 @@ impl<'a> FrameTracer<'a> {
         let rect = self.header.frame.tile(index);
         tile.ray_sets.resize_with(self.header.ray_sets.len(), Default::default);
         tile.ray_sets.iter_mut().for_each(crate::trace::RaySet::clear);
-        let (primary_set, shadow_sets) =
+        let (primary_set, other_sets) =
             tile.ray_sets.split_first_mut().expect("the primary rays are always there");
+        let (shadow_sets, secondary_sets) = other_sets.split_at_mut(self.lights.len());
+        let Scene { structure, triangles, offset } = &self.scene;
         let mut stalls = 0;
         let every = |start: u32, length: u32| (start..start + length).step_by(stride as usize);
         for y in every(rect.y, rect.height) {
@@ -185,7 +196,7 @@ impl<'a> FrameTracer<'a> {
                     Rays::List(rays) => (u64::from(x), rays[x as usize]),
                 };
                 let mut recorder = Recorder::new(primary_set);
-                let hit = self.structure.trace(&ray, Query::Closest, &mut recorder);
+                let hit = structure.trace(&ray, Query::Closest, &mut recorder);
                 stalls += recorder.stalls();
                 primary_set.end_ray(hit.primitive)?;
                 primary_hit(number, &hit);
@@ -194,13 +205,14 @@ impl<'a> FrameTracer<'a> {
                         set.skip_ray();
                         continue;
                     }
-                    let triangle = &self.triangles[hit.primitive as usize];
-                    let shadow = self.offset.shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
+                    let triangle = &triangles[hit.primitive as usize];
+                    let shadow = offset.shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
                     let mut recorder = Recorder::new(set);
-                    let occluder = self.structure.trace(&shadow, Query::Any, &mut recorder);
+                    let occluder = structure.trace(&shadow, Query::Any, &mut recorder);
                     stalls += recorder.stalls();
                     set.end_ray(occluder.primitive)?;
                 }
+                stalls += self.secondary.cast(&self.scene, number, &hit, ray.direction, secondary_sets)?;
             }
         }
         Ok(stalls)

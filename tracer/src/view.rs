@@ -1,4 +1,4 @@
-//! The rays of a frame: primary rays of a pinhole camera and the shadow rays of their hits.
+//! The rays of a frame: primary rays of a pinhole camera, and where rays begin that leave a hit.
 
 use crate::ray::Ray;
 use glam::{DMat3, DVec3, IVec3, Vec3};
@@ -42,7 +42,7 @@ impl View {
     }
 }
 
-/// By how much the origins of shadow rays are moved off their surface, in one scene.
+/// By how much the origins of rays that leave a surface are moved off their surface, in one scene.
 ///
 /// Waechter & Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems, chapter 6: by up to 256 ulps of a
 /// coordinate, and of coordinates near zero, which have hardly any ulps, by a fixed step. Their constants are for scenes with
@@ -89,6 +89,12 @@ impl RayOffset {
     /// 1 at the light. The origin is moved to the side that `incoming` came from.
     #[inline]
     pub fn shadow_ray(&self, triangle: &Triangle, u: f32, v: f32, incoming: Vec3, light: Vec3) -> Ray {
+        self.departure(triangle, u, v, incoming).shadow_ray(light)
+    }
+
+    /// Where rays leave a hit of `incoming` at barycentrics (`u`, `v`) of `triangle`: on the side that `incoming` came from.
+    #[inline]
+    pub fn departure(&self, triangle: &Triangle, u: f32, v: f32, incoming: Vec3) -> Departure {
         let [a, b, c] = triangle.v;
         let (e1, e2) = (b - a, c - a);
         let point = a + e1 * u + e2 * v;
@@ -99,7 +105,27 @@ impl RayOffset {
         }
         let facing = if normal.dot(incoming) > 0.0 { -normal } else { normal };
         let origin = self.apply(point, facing);
-        Ray { origin, t_min: 0.0, direction: light - origin, t_max: 1.0 }
+        Departure {
+            origin,
+            normal: if facing == Vec3::ZERO { -incoming.normalize_or(Vec3::NEG_Z) } else { facing },
+        }
+    }
+}
+
+/// Where rays leave a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Departure {
+    /// The point, moved off the surface.
+    pub origin: Vec3,
+    /// Unit geometric normal on the side that the ray came from which hit it; against that ray where the triangle has no area.
+    pub normal: Vec3,
+}
+
+impl Departure {
+    /// The ray to a point: `t` from 0 to 1 there.
+    #[inline]
+    pub fn shadow_ray(&self, light: Vec3) -> Ray {
+        Ray { origin: self.origin, t_min: 0.0, direction: light - self.origin, t_max: 1.0 }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Does a trace file give back what was recorded, and is every kind of damage noticed?
 
 use glam::Vec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use tracer::{
-    AccelerationStructure, BuildOptions, EncodedTile, Error, FrameTracer, Rays, SceneIdentity, Tile,
-    TileSource, TraceFile, TraceWriter, Traversal, View,
+    AccelerationStructure, BuildOptions, EncodedTile, Error, FrameTracer, MAX_RAY_SETS, NOT_CAST, RayKind,
+    Rays, SceneIdentity, Tile, TileSource, TraceFile, TraceWriter, Traversal, View,
 };
 
 fn with_tracer<R>(
@@ -160,14 +160,35 @@ fn a_ray_list_is_cut_into_tiles_and_comes_back() {
     assert_eq!(tiles.iter().map(|tile| tile.ray_sets[0].ends.len()).collect::<Vec<_>>(), [1024, 1024, 452]);
 }
 
+/// Puts a file that is kept to be read for ever into `folder`. Its first byte tells the fuzzer that a file follows.
+fn kept(name: &str, folder: &Path) -> (PathBuf, Vec<u8>) {
+    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/trace_file").join(name);
+    let bytes = std::fs::read(kept).expect("a file of the repository").split_off(1);
+    let path = folder.join(name);
+    std::fs::write(&path, &bytes).expect("it is written");
+    (path, bytes)
+}
+
+#[test]
+fn a_kept_file_with_every_kind_of_ray_reads_and_is_written_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, kept) = kept("ray_sets.rbt", folder.path());
+    let (file, tiles) = read_all(&path).expect("it is read");
+    let sets = &file.header().ray_sets;
+    assert!(RayKind::ALL.iter().all(|kind| sets.iter().any(|set| set.kind == *kind)), "{sets:?}");
+    assert!(sets.iter().any(|set| set.sample == 1));
+    let not_cast = tiles.iter().flat_map(|tile| &tile.ray_sets).flat_map(|set| &set.hits);
+    assert!(not_cast.filter(|&&hit| hit == NOT_CAST).count() > 0);
+    let again = folder.path().join("again.rbt");
+    write(&file, &again).expect("it is written");
+    assert!(std::fs::read(&again).expect("it is there") == kept);
+}
+
 #[test]
 fn a_file_from_before_drawn_triangles_reads_as_before_and_its_tiles_are_written_the_same() {
-    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/trace_file/whole.rbt");
-    // The first byte tells the fuzzer that a file follows.
-    let old = std::fs::read(old).expect("a file of the repository").split_off(1);
     let folder = tempfile::tempdir().expect("a folder");
-    let (path, again) = (folder.path().join("old.rbt"), folder.path().join("again.rbt"));
-    std::fs::write(&path, &old).expect("it is written");
+    let (path, old) = kept("whole.rbt", folder.path());
+    let again = folder.path().join("again.rbt");
     let (file, tiles) = read_all(&path).expect("it is read");
     assert!(!file.header().raster && tiles.iter().all(|tile| tile.draws.is_empty()));
     assert!(tiles.iter().any(|tile| !tile.ray_sets[0].steps.is_empty()));
@@ -214,9 +235,9 @@ fn what_a_reader_would_refuse_is_not_written() {
             &path,
         )
     };
-    let message = with_lights(64).expect_err("one set of rays too many").to_string();
-    assert!(message.contains("65 ray sets"), "{message}");
+    let message = with_lights(MAX_RAY_SETS).expect_err("one set of rays too many").to_string();
+    assert!(message.contains("1025 ray sets"), "{message}");
     assert!(!path.exists());
-    with_lights(63).expect("just enough");
+    with_lights(MAX_RAY_SETS - 1).expect("just enough");
     assert_eq!(read_all(&path).expect("it is read").1.len(), 1);
 }

@@ -1,12 +1,12 @@
 //! What the shader's steps cost in operations, and the registers it holds.
 
-use super::sourced::File;
+use super::sourced::{File, Tag};
 use crate::error::Error;
 use serde::Deserialize;
 use std::ops::AddAssign;
 use toml::Spanned;
 use tracer::wide::NodeFormat;
-use tracer::{Accel, TraceHeader};
+use tracer::{Accel, RayKind, TraceHeader};
 
 const BUILTIN: &str = include_str!("../../../configs/costs.toml");
 /// Most operations of one step.
@@ -26,6 +26,9 @@ pub struct Cost {
 pub struct ShaderCosts {
     /// What every traversal's shader does.
     pub shared: SharedCosts,
+    /// Missing in tables that were written before there were such rays.
+    secondary: Option<SecondaryCosts>,
+    secondary_estimates: Vec<String>,
     /// A ray query that a ray unit answers.
     pub ray_query: RayQueryCosts,
     bvh_stack: TraversalCosts,
@@ -75,6 +78,20 @@ pub struct SharedCosts {
     pub trip: Cost,
 }
 
+/// Costs of making rays that start at a hit, hard shadow rays apart. The hit's point and normal and the offset of the origin are among
+/// them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SecondaryCosts {
+    /// Drawing a point of a low-discrepancy sequence.
+    pub(crate) sample: Cost,
+    /// From there to a point of a light; the ray to it is [`SharedCosts::shadow_ray`].
+    pub(crate) light_point: Cost,
+    /// From there to a mirror or glossy reflection, by the roughness.
+    pub(crate) reflection_ray: Cost,
+    /// From there to a direction as dense as its cosine.
+    pub(crate) cosine_ray: Cost,
+}
+
 /// Costs of a ray query that a ray unit answers.
 #[derive(Clone, Copy, Debug)]
 pub struct RayQueryCosts {
@@ -109,6 +126,7 @@ pub struct TraversalCosts {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct CostsFile {
     shared: SharedFile,
+    secondary: Option<SecondaryFile>,
     ray_query: RayQueryFile,
     bvh_stack: TraversalFile,
     bvh_parent_link: TraversalFile,
@@ -145,6 +163,24 @@ struct SharedFile {
     output: CostFile,
     address: CostFile,
     r#loop: CostFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SecondaryFile {
+    sample: TaggedCostFile,
+    light_point: TaggedCostFile,
+    reflection_ray: TaggedCostFile,
+    cosine_ray: TaggedCostFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TaggedCostFile {
+    alu: Spanned<u32>,
+    efu: Spanned<u32>,
+    source: Spanned<String>,
+    tag: Tag,
 }
 
 #[derive(Deserialize)]
@@ -192,7 +228,25 @@ impl ShaderCosts {
         let raw: CostsFile = file.read()?;
         let cost = |key: &str, cost: &CostFile| read_cost(&file, key, cost);
         let traversal = |name: &str, raw: &TraversalFile| read_traversal(&file, name, raw);
+        let mut secondary_estimates = Vec::new();
+        let mut tagged = |key: &str, TaggedCostFile { alu, efu, source, tag }: TaggedCostFile| {
+            if tag == Tag::Estimate {
+                secondary_estimates.push(key.to_owned());
+            }
+            read_cost(&file, key, &CostFile { alu, efu, source })
+        };
+        let secondary = match raw.secondary {
+            Some(SecondaryFile { sample, light_point, reflection_ray, cosine_ray }) => Some(SecondaryCosts {
+                sample: tagged("secondary.sample", sample)?,
+                light_point: tagged("secondary.light_point", light_point)?,
+                reflection_ray: tagged("secondary.reflection_ray", reflection_ray)?,
+                cosine_ray: tagged("secondary.cosine_ray", cosine_ray)?,
+            }),
+            None => None,
+        };
         Ok(Self {
+            secondary,
+            secondary_estimates,
             shared: SharedCosts {
                 camera_ray: cost("shared.camera_ray", &raw.shared.camera_ray)?,
                 ray_setup: cost("shared.ray_setup", &raw.shared.ray_setup)?,
@@ -236,6 +290,26 @@ impl ShaderCosts {
         Self::parse(BUILTIN, "costs.toml")
     }
 
+    /// Costs of making the rays of a trace that start at a hit; nothing where it has none but hard shadow rays.
+    ///
+    /// # Errors
+    /// When the trace has such rays and the table no costs of them.
+    pub(crate) fn secondary(&self, header: &TraceHeader) -> Result<SecondaryCosts, Error> {
+        if !has_secondary(header) {
+            return Ok(SecondaryCosts::default());
+        }
+        self.secondary.ok_or_else(|| Error::Trace {
+            scene: header.scene.clone(),
+            problem: "it has rays whose making the table of shader costs does not know".to_owned(),
+            remedy: "add a table [secondary] to it, as configs/costs.toml has".to_owned(),
+        })
+    }
+
+    /// Keys of the costs of [`Self::secondary`] that are estimates.
+    pub(crate) fn secondary_estimates(&self) -> &[String] {
+        &self.secondary_estimates
+    }
+
     /// Costs of the traversal that a trace was made with.
     ///
     /// # Errors
@@ -265,6 +339,11 @@ impl ShaderCosts {
             }),
         }
     }
+}
+
+/// Whether a trace has rays that start at a hit and are no hard shadow rays of primary hits.
+pub(crate) fn has_secondary(header: &TraceHeader) -> bool {
+    header.ray_sets.iter().any(|set| !matches!(set.kind, RayKind::Primary | RayKind::Shadow))
 }
 
 fn read_cost(file: &File<'_>, key: &str, cost: &CostFile) -> Result<Cost, Error> {

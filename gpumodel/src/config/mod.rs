@@ -11,6 +11,7 @@ mod technique;
 mod translation;
 
 pub use costs::{Cost, RayQueryCosts, ShaderCosts, SharedCosts, TraversalCosts};
+pub(crate) use costs::{SecondaryCosts, has_secondary};
 pub use gpu::{
     CacheLevel, CacheRole, Clock, Dram, Family, Gpu, Identity, LoadStore, Output, Paths, Registers,
     Scheduler, ShaderCores, TextureUnit, Tiler,

@@ -192,12 +192,18 @@ impl Technique {
         Some(Self::parse(technique.toml, &format!("{name}.toml")))
     }
 
-    /// The passes that a frame of this technique has, in order.
+    /// The passes that a frame of this technique has, in order; those of rays that a frame has only on request are not among them.
     pub fn passes(&self) -> Vec<Pass> {
         let has = |pass: &Pass| match pass {
             Pass::Binning | Pass::Geometry => self.raster.is_some(),
             Pass::Primary => self.raster.is_none(),
             Pass::Shadow | Pass::Output => true,
+            Pass::SoftShadow
+            | Pass::Reflection
+            | Pass::ReflectionShadow
+            | Pass::AmbientOcclusion
+            | Pass::Diffuse
+            | Pass::DiffuseShadow => false,
             Pass::Present => self.present.is_some(),
         };
         Pass::ALL.into_iter().filter(has).collect()

@@ -3,6 +3,7 @@
 use crate::layout::BufferKind;
 use cachesim::{LevelServed, MAX_LEVELS};
 use std::ops::{AddAssign, Sub};
+use tracer::RayKind;
 
 /// Whole numbers that add up one by one.
 pub(crate) trait Numbers {
@@ -307,19 +308,62 @@ pub enum Pass {
     Primary = 2,
     /// Making and tracing shadow rays.
     Shadow = 3,
-    /// Shading hits and writing the colour.
-    Output = 4,
+    /// Making and tracing rays to points of lights.
+    SoftShadow = 4,
+    /// Making and tracing reflection rays, and shading what they hit.
+    Reflection = 5,
+    /// Making and tracing shadow rays from what those hit.
+    ReflectionShadow = 6,
+    /// Making and tracing rays of ambient occlusion.
+    AmbientOcclusion = 7,
+    /// Making and tracing diffuse rays, and shading what they hit.
+    Diffuse = 8,
+    /// Making and tracing shadow rays from what those hit.
+    DiffuseShadow = 9,
+    /// Shading primary hits and writing the colour.
+    Output = 10,
     /// Drawing the image of a compute pass onto the screen.
-    Present = 5,
+    Present = 11,
 }
 
 impl Pass {
     /// Number of passes.
-    pub const COUNT: usize = 6;
+    pub const COUNT: usize = 12;
 
     /// All passes, in the order in which the GPU runs them.
-    pub const ALL: [Self; Self::COUNT] =
-        [Self::Binning, Self::Geometry, Self::Primary, Self::Shadow, Self::Output, Self::Present];
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::Binning,
+        Self::Geometry,
+        Self::Primary,
+        Self::Shadow,
+        Self::SoftShadow,
+        Self::Reflection,
+        Self::ReflectionShadow,
+        Self::AmbientOcclusion,
+        Self::Diffuse,
+        Self::DiffuseShadow,
+        Self::Output,
+        Self::Present,
+    ];
+
+    /// The pass that rays of a kind belong to.
+    pub fn of(kind: RayKind) -> Self {
+        match kind {
+            RayKind::Primary => Self::Primary,
+            RayKind::Shadow => Self::Shadow,
+            RayKind::SoftShadow => Self::SoftShadow,
+            RayKind::Reflection => Self::Reflection,
+            RayKind::ReflectionShadow => Self::ReflectionShadow,
+            RayKind::AmbientOcclusion => Self::AmbientOcclusion,
+            RayKind::Diffuse => Self::Diffuse,
+            RayKind::DiffuseShadow => Self::DiffuseShadow,
+        }
+    }
+
+    /// The kind of ray that it traces.
+    pub fn rays(self) -> Option<RayKind> {
+        RayKind::ALL.into_iter().find(|&kind| Self::of(kind) == self)
+    }
 
     /// Whether its rays walk the acceleration structure.
     pub fn traces(self) -> bool {
@@ -333,6 +377,12 @@ impl Pass {
             Self::Geometry => "geometry",
             Self::Primary => "primary rays",
             Self::Shadow => "shadow rays",
+            Self::SoftShadow => "soft shadow rays",
+            Self::Reflection => "reflection rays",
+            Self::ReflectionShadow => "reflection shadow rays",
+            Self::AmbientOcclusion => "ambient occlusion rays",
+            Self::Diffuse => "diffuse rays",
+            Self::DiffuseShadow => "diffuse shadow rays",
             Self::Output => "output",
             Self::Present => "present",
         }

@@ -175,7 +175,15 @@ pub(super) fn path<'a>(pass: Pass, counters: &PassCounters, gpu: &'a Gpu) -> &'a
         }
         Pass::Binning | Pass::Geometry => &gpu.paths.vertex,
         Pass::Present => &gpu.paths.texture,
-        Pass::Primary | Pass::Shadow | Pass::Output => &gpu.paths.ssbo,
+        Pass::Primary
+        | Pass::Shadow
+        | Pass::SoftShadow
+        | Pass::Reflection
+        | Pass::ReflectionShadow
+        | Pass::AmbientOcclusion
+        | Pass::Diffuse
+        | Pass::DiffuseShadow
+        | Pass::Output => &gpu.paths.ssbo,
     }
 }
 

@@ -28,16 +28,32 @@ pub(super) fn costs(
     let cost = |&Forced { feature, choice }| {
         let nothing = ForcedCost { feature, choice, seconds: None, buffer_bytes: 0, dram_read_bytes: None };
         let traffic = |pass: Pass| replayed.counters.pass(pass).traffic;
+        let of_passes = |passes: &[Pass]| ForcedCost {
+            seconds: Some(passes.iter().map(|&pass| seconds[pass as usize]).sum()),
+            dram_read_bytes: Some(passes.iter().map(|&pass| traffic(pass).total().dram_read_bytes).sum()),
+            ..nothing
+        };
         match (feature, choice) {
-            (Feature::ShadowRays, Choice::In) => ForcedCost {
-                seconds: Some(seconds[Pass::Shadow as usize]),
-                dram_read_bytes: Some(traffic(Pass::Shadow).total().dram_read_bytes),
-                ..nothing
-            },
+            (Feature::ShadowRays, Choice::In) => of_passes(&[Pass::Shadow]),
+            (Feature::SoftShadows, Choice::In) => of_passes(&[Pass::SoftShadow]),
+            (Feature::Mirror | Feature::Glossy, Choice::In) => {
+                of_passes(&[Pass::Reflection, Pass::ReflectionShadow])
+            }
+            (Feature::AmbientOcclusion, Choice::In) => of_passes(&[Pass::AmbientOcclusion]),
+            (Feature::Diffuse, Choice::In) => of_passes(&[Pass::Diffuse, Pass::DiffuseShadow]),
             // A ray to each light, each about as long as the ray whose hit it starts from.
             (Feature::ShadowRays, Choice::Out) => {
                 ForcedCost { seconds: Some(seconds[Pass::Primary as usize]).filter(|&s| s > 0.0), ..nothing }
             }
+            // How many such rays there would be, and how far they would spread, no other pass tells.
+            (
+                Feature::SoftShadows
+                | Feature::Mirror
+                | Feature::Glossy
+                | Feature::AmbientOcclusion
+                | Feature::Diffuse,
+                Choice::Out,
+            ) => nothing,
             (Feature::Normals, Choice::In) => {
                 let read = traffic(Pass::Output).normal.dram_read_bytes;
                 let apart = replayed.buffers.normal > 0;

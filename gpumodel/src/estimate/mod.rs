@@ -11,7 +11,7 @@ pub use bounds::Bound;
 pub use forced::ForcedCost;
 pub use time::StackPart;
 
-use crate::config::{Attachments, Gpu, RayScheduling, Stage};
+use crate::config::{Attachments, Gpu, RayScheduling, Stage, has_secondary};
 use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
 use crate::error::Error;
 use crate::layout::{NodeRecords, PrimitiveOrder};
@@ -150,15 +150,20 @@ pub fn estimate(
     })
 }
 
-/// Of the technique's passes, those that this frame has.
+/// The passes that this frame has: those of its rays, and what its technique adds or does without them.
 fn passes(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> Vec<Pass> {
-    let mut passes = config.technique.passes();
-    passes.retain(|pass| match pass {
-        Pass::Binning => bins(replayed),
-        Pass::Shadow => header.ray_sets.contains(&RayKind::Shadow),
-        Pass::Geometry | Pass::Primary | Pass::Output | Pass::Present => true,
-    });
-    passes
+    let of_technique = config.technique.passes();
+    let has = |pass: &Pass| match pass.rays() {
+        Some(RayKind::Primary) | None => {
+            of_technique.contains(pass) && (*pass != Pass::Binning || bins(replayed))
+        }
+        Some(kind) => has_rays(header, kind),
+    };
+    Pass::ALL.into_iter().filter(has).collect()
+}
+
+fn has_rays(header: &TraceHeader, kind: RayKind) -> bool {
+    header.ray_sets.iter().any(|set| set.kind == kind)
 }
 
 /// Whether the frame is larger than one bin.
@@ -305,7 +310,21 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
                 .to_owned(),
         );
     }
-    if !header.ray_sets.contains(&RayKind::Shadow) {
+    if has_secondary(header) {
+        let estimates = config.costs.secondary_estimates();
+        if !estimates.is_empty() {
+            sentences.push(format!(
+                "Estimated operation counts of the cost table, for rays that start at a hit: {}.",
+                estimates.join(", ")
+            ));
+        }
+        sentences.push(
+            "All rays of a pixel are one shader, set after set; its registers are those of a shader of primary and hard shadow rays, the \
+             only one that was compiled. What reflection and diffuse rays hit is shaded as primary hits are."
+                .to_owned(),
+        );
+    }
+    if !has_rays(header, RayKind::Shadow) && !has_secondary(header) {
         sentences.push(
             "The built-in register counts are those of a shader that also traces shadow rays; none without was compiled.".to_owned(),
         );

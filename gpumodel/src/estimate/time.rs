@@ -19,8 +19,22 @@ pub struct StackPart {
 }
 
 /// Passes that the GPU runs at the same time: their rays come from the same shader. The phases follow each other.
-pub(super) const PHASES: [&[Pass]; 4] =
-    [&[Pass::Binning], &[Pass::Geometry], &[Pass::Primary, Pass::Shadow, Pass::Output], &[Pass::Present]];
+pub(super) const PHASES: [&[Pass]; 4] = [
+    &[Pass::Binning],
+    &[Pass::Geometry],
+    &[
+        Pass::Primary,
+        Pass::Shadow,
+        Pass::SoftShadow,
+        Pass::Reflection,
+        Pass::ReflectionShadow,
+        Pass::AmbientOcclusion,
+        Pass::Diffuse,
+        Pass::DiffuseShadow,
+        Pass::Output,
+    ],
+    &[Pass::Present],
+];
 
 /// The time of a phase.
 #[derive(Clone, Debug, PartialEq)]

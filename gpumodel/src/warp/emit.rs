@@ -10,7 +10,7 @@ use crate::counters::{IssueCounters, Pass};
 use crate::layout::{BufferKind, PIXEL_BYTES, Reads, STACK_ENTRY_BYTES, VEC4_BYTES};
 use crate::schedule::{HELPER, z_order};
 use std::sync::Arc;
-use tracer::{Op, RayKind, TILE_RAYS, TileRect};
+use tracer::{Op, TILE_RAYS, TileRect};
 
 /// Collects what warps ask of the caches, tile by tile.
 pub(crate) struct Emitter {
@@ -51,10 +51,7 @@ impl Emitter {
         }
         for (set, &kind) in program.lanes.kinds.iter().enumerate().filter(|&(_, &kind)| program.traces(kind))
         {
-            let pass = match kind {
-                RayKind::Primary => Pass::Primary,
-                RayKind::Shadow => Pass::Shadow,
-            };
+            let pass = Pass::of(kind);
             if program.keeps_turns {
                 self.timed_steps(program, pass, warp, set)?;
             } else {
@@ -62,17 +59,18 @@ impl Emitter {
                     self.step(program, pass, step)?;
                 }
             }
-            // Shading comes between the primary ray and those that start at its hit.
-            if kind == RayKind::Primary && warp.shaded_lanes > 0 {
-                self.turns.spend(program.shade);
+            // Shading comes between a ray and those that start at its hit.
+            let shaded_lanes = warp.sets[set].shaded_lanes;
+            if shaded_lanes > 0 {
+                let (pass, cost) = program.shading(kind);
+                self.turns.spend(cost);
                 let buffers = &program.buffers;
-                let triangles = warp.shaded.iter().copied();
-                let mut output = self.part(program, Pass::Output, Share::Own);
-                output
-                    .locate(triangles, |triangle| buffers.shading(triangle))
+                let triangles = warp.shaded(set).iter().copied();
+                let mut part = self.part(program, pass, Share::Own);
+                part.locate(triangles, |triangle| buffers.shading(triangle))
                     .map_err(|triangle| missing("triangle", triangle))?
-                    .read_records(buffers.shading_kind, buffers.shading_reads, warp.shaded_lanes);
-                output.end_turn(true);
+                    .read_records(buffers.shading_kind, buffers.shading_reads, shaded_lanes);
+                part.end_turn(true);
             }
         }
         self.turns.spend(program.output);

@@ -1,11 +1,11 @@
 //! The shaders of one frame: what each step costs, and how it reads its records.
 //!
-//! A lane makes its primary ray and traces it; where it hits, it shades, and makes and traces each shadow ray; then it
-//! writes its colour. The warp reconverges between these parts. With a rasterised hit the first part is another pass's, and
+//! A lane makes its primary ray and traces it; where it hits, it shades, and makes and traces each ray that starts there; what a
+//! reflection or diffuse ray hits is shaded before the shadow rays from there; then it writes its colour. The warp reconverges between these parts. With a rasterised hit the first part is another pass's, and
 //! the lane begins with the position and normal that it reads back.
 
 use super::steps::{SetSteps, Tally, TileTally, UnitTally, WarpStep};
-use crate::config::Cost;
+use crate::config::{Cost, SecondaryCosts};
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
 use crate::layout::{Buffers, NodeRecords, PrimitiveLayout, Reads};
@@ -28,9 +28,12 @@ pub(crate) struct Program {
     /// Address arithmetic of one node record.
     record_cost: Cost,
     trip: Cost,
-    primary_setup: Cost,
-    shadow_setup: Cost,
-    pub(super) shade: Cost,
+    /// By [`RayKind`]: what a warp issues before the steps of a ray set.
+    setups: [Cost; RayKind::ALL.len()],
+    /// Of a primary hit.
+    shade: Cost,
+    /// Of what another ray hits.
+    hit_shade: Cost,
     pub(super) output: Cost,
     /// Of a full-screen quad that reads an image.
     pub(crate) present: Cost,
@@ -91,18 +94,28 @@ impl Program {
         };
         let unless_by_unit = |cost: Cost| if by_ray_unit { Cost::default() } else { cost };
         let attachments = technique.raster.map_or(0, |raster| raster.attachments_in_memory().len() as u32);
-        let shade = match technique.raster {
-            Some(_) => shared.decode_normal,
-            None if header.normals && config.primitive_layout == PrimitiveLayout::Compact => {
-                with_loads(sum(&[shared.shade, shared.compact_normal]), buffers.shading_reads.loads)
-            }
-            None => with_loads(shared.shade, buffers.shading_reads.loads),
+        let compact = header.normals && config.primitive_layout == PrimitiveLayout::Compact;
+        let compact_normal = if compact { shared.compact_normal } else { Cost::default() };
+        let hit_shade = with_loads(sum(&[shared.shade, compact_normal]), buffers.shading_reads.loads);
+        let shade = if technique.raster.is_some() { shared.decode_normal } else { hit_shade };
+        let kinds: Vec<RayKind> = header.ray_sets.iter().map(|set| set.kind).collect();
+        let secondary = config.costs.secondary(header)?;
+        let setup = |kind: RayKind| {
+            let SecondaryCosts { sample, light_point, reflection_ray, cosine_ray } = secondary;
+            let making = match kind {
+                RayKind::Primary => shared.camera_ray,
+                RayKind::Shadow | RayKind::ReflectionShadow | RayKind::DiffuseShadow => shared.shadow_ray,
+                RayKind::SoftShadow => sum(&[sample, light_point, shared.shadow_ray]),
+                RayKind::Reflection => sum(&[sample, reflection_ray]),
+                RayKind::AmbientOcclusion | RayKind::Diffuse => sum(&[sample, cosine_ray]),
+            };
+            sum(&[making, query])
         };
         let writes_image = technique.present.is_some();
         let line_shift = |path: &[usize]| config.gpu.caches[path[0]].line_bytes.ilog2();
         Ok(Self {
             lanes: Lanes {
-                kinds: header.ray_sets.clone(),
+                kinds,
                 traces_primary: technique.raster.is_none(),
                 warp_width: config.gpu.cores.warp_width,
                 port_cycles: Box::new(std::array::from_fn(|words| {
@@ -119,9 +132,9 @@ impl Program {
             by_ray_unit,
             record_cost: unless_by_unit(shared.address.times(buffers.tree.reads.loads)),
             trip: unless_by_unit(shared.trip),
-            primary_setup: sum(&[shared.camera_ray, query]),
-            shadow_setup: sum(&[shared.shadow_ray, query]),
+            setups: RayKind::ALL.map(setup),
             shade,
+            hit_shade,
             output: sum(&[
                 with_loads(shared.output, attachments + u32::from(writes_image)),
                 if technique.raster.is_some() { shared.unproject } else { Cost::default() },
@@ -181,15 +194,16 @@ impl Program {
     /// What the warps of a tile issued, from how often they took each step.
     pub(super) fn issue(&self, tally: &TileTally, issue: &mut [IssueCounters; Pass::COUNT]) {
         for (set, &kind) in tally.sets.iter().zip(&self.lanes.kinds).filter(|&(_, &kind)| self.traces(kind)) {
-            let pass = match kind {
-                RayKind::Primary => Pass::Primary,
-                RayKind::Shadow => Pass::Shadow,
-            };
-            self.issue_set(set, self.setup(kind), &mut issue[pass as usize]);
+            self.issue_set(set, self.setup(kind), &mut issue[Pass::of(kind) as usize]);
+        }
+        // A rasterised hit is shaded too.
+        for (set, &kind) in tally.sets.iter().zip(&self.lanes.kinds) {
+            let (pass, cost) = self.shading(kind);
+            let shading = &mut issue[pass as usize];
+            shading.shaded += set.shaded_lanes;
+            self.spend(cost, set.shaded_warps, set.shaded_lanes, shading);
         }
         let output = &mut issue[Pass::Output as usize];
-        output.shaded += tally.shaded_lanes;
-        self.spend(self.shade, tally.shaded_warps, tally.shaded_lanes, output);
         self.spend(self.output, tally.warps, tally.lanes, output);
         if !self.writes_image {
             output.output_bytes += tally.lanes * u64::from(self.output_bytes);
@@ -284,9 +298,14 @@ impl Program {
 
     /// What a warp issues before the steps of a ray set.
     pub(super) fn setup(&self, kind: RayKind) -> Cost {
+        self.setups[kind as usize]
+    }
+
+    /// The pass in which hits of rays are shaded, and what a warp issues for that.
+    pub(super) fn shading(&self, kind: RayKind) -> (Pass, Cost) {
         match kind {
-            RayKind::Primary => self.primary_setup,
-            RayKind::Shadow => self.shadow_setup,
+            RayKind::Primary => (Pass::Output, self.shade),
+            _ => (Pass::of(kind), self.hit_shade),
         }
     }
 

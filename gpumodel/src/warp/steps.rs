@@ -11,7 +11,8 @@ use crate::schedule::{HELPER, LaneMap};
 use std::ops::Range;
 use std::sync::Arc;
 use tracer::{
-    LoopStructure, NO_HIT, Op, RayKind, RaySet, Tile, TileRect, Topology, TopologyNode, TraceHeader,
+    LoopStructure, NOT_CAST, Op, RayKind, RaySet, RaySetId, Tile, TileRect, Topology, TopologyNode,
+    TraceHeader,
 };
 
 /// Steps and trips of a ray set, by how many warps and how many lanes took them.
@@ -31,6 +32,9 @@ pub(crate) struct Tally {
     /// Warps that traced any ray of the set, and those rays.
     pub(crate) warps: u64,
     pub(crate) rays: u64,
+    /// Warps with a hit to shade, and those hits.
+    pub(crate) shaded_warps: u64,
+    pub(crate) shaded_lanes: u64,
 }
 
 /// What a ray unit tested.
@@ -126,9 +130,6 @@ pub(crate) struct TileTally {
     pub(crate) warps: u64,
     /// Lanes that have a pixel.
     pub(crate) lanes: u64,
-    /// Warps with a hit to shade, and those hits.
-    pub(crate) shaded_warps: u64,
-    pub(crate) shaded_lanes: u64,
 }
 
 /// One warp's steps.
@@ -138,9 +139,8 @@ pub(crate) struct WarpSteps {
     words: Vec<u32>,
     used: usize,
     pub(crate) sets: Vec<SetSteps>,
-    /// Distinct triangles to shade, and for how many lanes.
-    pub(crate) shaded: Vec<u32>,
-    pub(crate) shaded_lanes: u32,
+    /// Triangles to shade, set by set.
+    shaded: Vec<u32>,
     /// The ray of each lane within the tile, or [`HELPER`].
     pub(crate) rays: Vec<u32>,
 }
@@ -155,6 +155,9 @@ pub(crate) struct SetSteps {
     pub(crate) trips: u64,
     /// Steps by [`Op`], those among them that touch no memory and so are not in the words.
     pub(crate) taken: [u64; Op::ALL.len()],
+    /// Distinct triangles to shade, and for how many lanes.
+    shaded: Range<usize>,
+    pub(crate) shaded_lanes: u32,
 }
 
 /// A step of a warp.
@@ -177,6 +180,11 @@ const FIELD: u32 = 0x7F;
 const STEP_WORDS: usize = 1 + 3 * 64;
 
 impl WarpSteps {
+    /// The distinct triangles that the hits of a ray set shade.
+    pub(crate) fn shaded(&self, set: usize) -> &[u32] {
+        &self.shaded[self.sets[set].shaded.clone()]
+    }
+
     /// The steps of one ray set.
     #[inline]
     pub(crate) fn steps(&self, set: usize) -> impl Iterator<Item = WarpStep<'_>> {
@@ -236,16 +244,16 @@ impl Stepper {
         tally: &mut TileTally,
     ) -> Result<(), String> {
         let Self { lockstep, distinct, warp } = self;
-        let kinds = &header.ray_sets;
+        let ids = &header.ray_sets;
         warp.used = 0;
         warp.sets.clear();
+        warp.shaded.clear();
         warp.rays = rays;
         let lanes = || (0_usize..).zip(&warp.rays).filter(|&(_, &ray)| ray != HELPER);
-        let primary = kinds.iter().position(|&kind| kind == RayKind::Primary);
-        let primary_hits = primary.map(|set| tile.ray_sets[set].hits.as_slice());
-        for (index, (set, &kind)) in tile.ray_sets.iter().zip(kinds).enumerate() {
+        for (index, (set, &id)) in tile.ray_sets.iter().zip(ids).enumerate() {
             let start = warp.used;
-            let traced = || lanes().filter(|&(_, &ray)| is_traced(set, kind, primary_hits, ray as usize));
+            let source = id.source(ids).map(|source| tile.ray_sets[source].hits.as_slice());
+            let traced = || lanes().filter(|&(_, &ray)| is_traced(set, id, source, ray as usize));
             let count = if wanted[index] { traced().count() } else { 0 };
             let tally = &mut tally.sets[index];
             let (trips, taken) = (tally.warp_trips, tally.warp_steps);
@@ -260,34 +268,36 @@ impl Stepper {
                 let mut body = Recorder { walk, words, used, distinct, tally: &mut *tally };
                 lockstep.run(walk.loop_structure, &set.steps, ranges, &mut body)?;
             }
+            let first_shaded = warp.shaded.len();
+            let hits = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit < NOT_CAST);
+            let shaded_lanes = if id.kind.is_shaded() { hits.clone().count() as u32 } else { 0 };
+            if shaded_lanes > 0 {
+                let mut triangles = [0; 64];
+                let found = distinct.filter(hits, &mut triangles);
+                warp.shaded.extend_from_slice(&triangles[..found]);
+                tally.shaded_warps += 1;
+                tally.shaded_lanes += u64::from(shaded_lanes);
+            }
             warp.sets.push(SetSteps {
                 words: start..warp.used,
                 traced: count > 0,
                 trips: tally.warp_trips - trips,
                 taken: std::array::from_fn(|op| tally.warp_steps[op] - taken[op]),
+                shaded: first_shaded..warp.shaded.len(),
+                shaded_lanes,
             });
         }
-        let hits = primary_hits.unwrap_or(&[]);
-        let of_lanes = lanes().filter_map(|(_, &ray)| hits.get(ray as usize).copied());
-        let of_hits = of_lanes.filter(|&hit| hit != NO_HIT);
-        let shaded_lanes = of_hits.clone().count() as u32;
-        let mut shaded = [0; 64];
-        let found = distinct.filter(of_hits, &mut shaded);
-        warp.shaded.clear();
-        warp.shaded.extend_from_slice(&shaded[..found]);
-        warp.shaded_lanes = shaded_lanes;
         tally.warps += 1;
         tally.lanes += lanes().count() as u64;
-        tally.shaded_warps += u64::from(shaded_lanes > 0);
-        tally.shaded_lanes += u64::from(shaded_lanes);
         Ok(())
     }
 }
 
-/// A ray that misses the box of a kd-tree takes no step, and yet has been made.
-fn is_traced(set: &RaySet, kind: RayKind, primary_hits: Option<&[u32]>, ray: usize) -> bool {
+/// A ray that misses the box of a kd-tree takes no step, and yet has been made. `source` are the hits that the set's rays start from.
+fn is_traced(set: &RaySet, id: RaySetId, source: Option<&[u32]>, ray: usize) -> bool {
     let has_steps = !set.range(ray).is_empty();
-    kind == RayKind::Primary || has_steps || primary_hits.is_some_and(|hits| hits[ray] != NO_HIT)
+    let due = source.is_some_and(|hits| hits[ray] < NOT_CAST) && set.hits[ray] != NOT_CAST;
+    id.kind == RayKind::Primary || has_steps || due
 }
 
 /// Writes steps into words.

@@ -76,9 +76,12 @@ impl Run {
     const LINES: u32 = 0x7F;
     const REPEAT_SHIFT: u32 = 7;
     const REPEATS: u32 = 0x1F;
-    const KIND_SHIFT: u32 = 12;
-    const PASS_SHIFT: u32 = 16;
-    const WRITE: u32 = 1 << 19;
+    const CLASS_SHIFT: u32 = 12;
+    const CLASS_BITS: u32 = 4;
+    /// Kinds that are written: their classes are the last ones, those of reads the numbers of the kinds.
+    const WRITTEN: [BufferKind; 3] = [BufferKind::Node, BufferKind::Stack, BufferKind::Image];
+    const FIRST_WRITTEN: u32 = (1 << Self::CLASS_BITS) - Self::WRITTEN.len() as u32;
+    const PASS_SHIFT: u32 = Self::CLASS_SHIFT + Self::CLASS_BITS;
     const LAST: u32 = 1 << 20;
     pub(super) const CROSSES: u32 = 1 << 21;
     pub(super) const BEGINS: u32 = 1 << 22;
@@ -91,14 +94,24 @@ impl Run {
     #[inline(always)]
     pub(crate) fn new(pass: Pass, kind: BufferKind, write: bool, lines: usize, repeats: u32) -> Self {
         debug_assert!(lines <= Self::LINES as usize && repeats <= Self::REPEATS);
-        let write = if write { Self::WRITE } else { 0 };
         Self(
             lines as u32
                 | repeats << Self::REPEAT_SHIFT
-                | (kind as u32) << Self::KIND_SHIFT
-                | (pass as u32) << Self::PASS_SHIFT
-                | write,
+                | Self::class(kind, write) << Self::CLASS_SHIFT
+                | (pass as u32) << Self::PASS_SHIFT,
         )
+    }
+
+    /// Buffer and direction as one small number.
+    #[inline(always)]
+    fn class(kind: BufferKind, write: bool) -> u32 {
+        match (kind, write) {
+            (kind, false) => kind as u32,
+            (BufferKind::Node, true) => Self::FIRST_WRITTEN,
+            (BufferKind::Stack, true) => Self::FIRST_WRITTEN + 1,
+            (BufferKind::Image, true) => Self::FIRST_WRITTEN + 2,
+            (_, true) => unreachable!("no warp writes {kind:?}"),
+        }
     }
 
     /// Each of its loads or stores takes the port so many cycles; from 511 on they are not told apart.
@@ -149,14 +162,19 @@ impl Run {
     /// Buffer, pass and direction as one small number.
     #[inline(always)]
     pub(crate) fn key(self) -> usize {
-        (self.0 >> Self::KIND_SHIFT) as usize % Self::KEYS
+        (self.0 >> Self::CLASS_SHIFT) as usize % Self::KEYS
     }
 
     /// What a key stands for; `None` for a number that no run has.
     pub(crate) fn of_key(key: usize) -> Option<(Pass, BufferKind, bool)> {
-        let kind = BufferKind::ALL.get(key & 15)?;
-        let pass = Pass::ALL.get(key >> 4 & 7)?;
-        Some((*pass, *kind, key >> 7 != 0))
+        let class = key & ((1 << Self::CLASS_BITS) - 1);
+        let pass = Pass::ALL.get(key >> Self::CLASS_BITS)?;
+        let written = class.checked_sub(Self::FIRST_WRITTEN as usize);
+        let kind = match written {
+            Some(place) => Self::WRITTEN.get(place)?,
+            None => BufferKind::ALL.get(class)?,
+        };
+        Some((*pass, *kind, written.is_some()))
     }
 }
 
@@ -239,5 +257,32 @@ impl StreamWriter {
         let words = self.words[..self.used + PADDING].to_vec();
         self.used = 0;
         words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_tells_pass_buffer_and_direction_and_leaves_the_rest_of_the_word_alone() {
+        assert!(BufferKind::ALL.len() <= Run::FIRST_WRITTEN as usize);
+        let mut keys = Vec::new();
+        for pass in Pass::ALL {
+            let reads = BufferKind::ALL.map(|kind| (kind, false));
+            for (kind, write) in reads.into_iter().chain(Run::WRITTEN.map(|kind| (kind, true))) {
+                let run = Run::new(pass, kind, write, 64, 31).with_port_cycles(511);
+                assert_eq!(Run::of_key(run.key()), Some((pass, kind, write)));
+                assert_eq!((run.lines(), run.repeats(), run.port_cycles()), (64, 31, 31 * 511));
+                assert!(!run.is_last() && !run.crosses() && !run.begins());
+                keys.push(run.key());
+            }
+        }
+        let count = keys.len();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), count);
+        let known = (0..Run::KEYS).filter(|&key| Run::of_key(key).is_some()).count();
+        assert_eq!(known, count, "numbers of no run stand for nothing");
     }
 }

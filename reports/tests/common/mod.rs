@@ -46,6 +46,7 @@ pub(crate) fn report() -> Report {
             },
             triangles: 32,
             ray_sets: vec!["primary".into()],
+            samples_per_pixel: None,
             sah_costs: [3.0, 1.5],
             short_stack: 4,
             trail_bits: Some(32),

@@ -11,6 +11,7 @@ mod stadium;
 mod teapot;
 
 use crate::Scene;
+pub use numeric::sin_cos;
 
 /// A built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

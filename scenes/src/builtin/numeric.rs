@@ -37,7 +37,7 @@ fn mix(mut z: u64) -> u64 {
 /// Sine and cosine of an angle in whole turns; the error is below 1e-14.
 ///
 /// Reduced to an eighth of a turn, then the Taylor polynomials.
-pub(super) fn sin_cos(turns: f64) -> (f64, f64) {
+pub fn sin_cos(turns: f64) -> (f64, f64) {
     let eighths = (turns * 4.0 + 0.5).floor();
     let x = (turns - eighths * 0.25) * std::f64::consts::TAU;
     let q = x * x;

@@ -6,7 +6,7 @@ use super::ray_steps::{decode_steps, encode_steps};
 use crate::accel::Accel;
 use crate::observe::{NodeFetch, Op};
 use crate::raster::TileDraw;
-use crate::ray::NO_HIT;
+use crate::ray::{NO_HIT, NOT_CAST};
 use crate::topology::{Topology, TopologyNode};
 use crate::trace::{MAX_TILE_STEPS, Step, Tile, TileRect, TraceHeader};
 
@@ -36,7 +36,10 @@ pub(super) fn encode_tile(tile: &Tile, header: &TraceHeader) -> Vec<u8> {
         }
         let mut previous = 0;
         for &hit in &set.hits {
-            let hit = i64::from(hit.wrapping_add(1));
+            let hit = match hit {
+                NOT_CAST => i64::from(header.triangles) + 1,
+                _ => i64::from(hit.wrapping_add(1)),
+            };
             push_varint(&mut bytes, zigzag(hit - previous));
             previous = hit;
         }
@@ -147,7 +150,8 @@ pub(super) struct Limits {
     /// Per op, one more than the largest id.
     pub(super) ids: [u64; Op::ALL.len()],
     pub(super) triangles: u64,
-    pub(super) ray_sets: usize,
+    /// Per ray set, whether its hits say nothing of rays that were not cast.
+    pub(super) plain_sets: Vec<bool>,
     pub(super) raster: bool,
 }
 
@@ -167,7 +171,7 @@ impl Limits {
         Self {
             ids,
             triangles: u64::from(topology.triangles),
-            ray_sets: header.ray_sets.len(),
+            plain_sets: header.ray_sets.iter().map(|set| set.is_plain()).collect(),
             raster: header.raster,
         }
     }
@@ -182,8 +186,9 @@ pub(super) fn decode_tile(
 ) -> Result<(), String> {
     let rays = rect.width * rect.height;
     let mut reader = Reader { bytes, position: 0 };
-    tile.ray_sets.resize_with(limits.ray_sets, Default::default);
-    for set in &mut tile.ray_sets {
+    tile.ray_sets.resize_with(limits.plain_sets.len(), Default::default);
+    for (set, &plain) in tile.ray_sets.iter_mut().zip(&limits.plain_sets) {
+        let most_hit = limits.triangles + u64::from(!plain);
         set.clear();
         let mut end = 0;
         for _ in 0..rays {
@@ -196,10 +201,11 @@ pub(super) fn decode_tile(
         let mut previous = 0_i64;
         for _ in 0..rays {
             previous = previous.wrapping_add(unzigzag(reader.varint()?));
-            if previous < 0 || previous as u64 > limits.triangles {
+            if previous < 0 || previous as u64 > most_hit {
                 return Err(format!("a hit of a triangle that is not among the {}", limits.triangles));
             }
-            set.hits.push((previous as u32).wrapping_sub(1));
+            let cast = previous as u64 <= limits.triangles;
+            set.hits.push(if cast { (previous as u32).wrapping_sub(1) } else { NOT_CAST });
             debug_assert!(previous > 0 || set.hits.last() == Some(&NO_HIT));
         }
         // A step takes at least one byte, so the claimed number cannot make the vector larger than the data.

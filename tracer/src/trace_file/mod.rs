@@ -48,9 +48,7 @@ fn check_header(header: &TraceHeader) -> Result<(), String> {
         }
         _ => {}
     }
-    if header.ray_sets.is_empty() || header.ray_sets.len() > 64 {
-        return Err(format!("{} ray sets, 1 to 64 expected", header.ray_sets.len()));
-    }
+    crate::ray_set::check(&header.ray_sets)?;
     if header.stack_entries.max(header.short_stack) > 1 << 16 {
         return Err(format!("a stack of {} entries", header.stack_entries.max(header.short_stack)));
     }
