@@ -367,7 +367,17 @@ impl Pass {
 
     /// Whether its rays walk the acceleration structure.
     pub fn traces(self) -> bool {
-        matches!(self, Self::Primary | Self::Shadow)
+        match self {
+            Self::Primary
+            | Self::Shadow
+            | Self::SoftShadow
+            | Self::Reflection
+            | Self::ReflectionShadow
+            | Self::AmbientOcclusion
+            | Self::Diffuse
+            | Self::DiffuseShadow => true,
+            Self::Binning | Self::Geometry | Self::Output | Self::Present => false,
+        }
     }
 
     /// Its name in reports.

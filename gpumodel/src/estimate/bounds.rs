@@ -169,21 +169,12 @@ impl Demand {
 
 /// The way of a pass's loads through the caches.
 pub(super) fn path<'a>(pass: Pass, counters: &PassCounters, gpu: &'a Gpu) -> &'a [usize] {
-    match pass {
-        Pass::Primary | Pass::Shadow if counters.issue.box_nodes > 0 => {
-            gpu.ray_unit.as_ref().map_or(&gpu.paths.ssbo, |unit| &unit.path)
-        }
-        Pass::Binning | Pass::Geometry => &gpu.paths.vertex,
-        Pass::Present => &gpu.paths.texture,
-        Pass::Primary
-        | Pass::Shadow
-        | Pass::SoftShadow
-        | Pass::Reflection
-        | Pass::ReflectionShadow
-        | Pass::AmbientOcclusion
-        | Pass::Diffuse
-        | Pass::DiffuseShadow
-        | Pass::Output => &gpu.paths.ssbo,
+    let unit = gpu.ray_unit.as_ref().filter(|_| counters.issue.box_nodes > 0);
+    match (pass, unit) {
+        (Pass::Binning | Pass::Geometry, _) => &gpu.paths.vertex,
+        (Pass::Present, _) => &gpu.paths.texture,
+        (pass, Some(unit)) if pass.traces() => &unit.path,
+        _ => &gpu.paths.ssbo,
     }
 }
 

@@ -50,7 +50,8 @@ impl KindPaths {
         Self { ssbo: ids[0], texture: ids[1], private: ids[2], vertex: ids[3], traversal }
     }
 
-    /// A compute stage stores into an image as into a storage buffer; it is read as a texture.
+    /// A compute stage stores into an image as into a storage buffer; it is read as a texture. Triangles that are shaded in a pass that traces are
+    /// read by the way of its traversals.
     pub(crate) fn of(&self, pass: Pass, kind: BufferKind, write: bool) -> PathId {
         match kind {
             BufferKind::Node | BufferKind::Primitive | BufferKind::Index if pass.traces() => self.traversal,

@@ -67,6 +67,7 @@ impl Emitter {
                 let buffers = &program.buffers;
                 let triangles = warp.shaded(set).iter().copied();
                 let mut part = self.part(program, pass, Share::Own);
+                part.by_ray_unit = false;
                 part.locate(triangles, |triangle| buffers.shading(triangle))
                     .map_err(|triangle| missing("triangle", triangle))?
                     .read_records(buffers.shading_kind, buffers.shading_reads, shaded_lanes);
