@@ -34,9 +34,11 @@ fn table(what: Listed) -> anyhow::Result<Table> {
             for builtin in GPUS {
                 let gpu = Gpu::parse(builtin.toml, builtin.name)?;
                 let known = gpu.provenance();
+                let unit = gpu.ray_unit.as_ref().map_or("none", |unit| unit.scheduling.name());
                 rows.push(vec![
                     text(builtin.name),
                     gpu.identity.title.clone(),
+                    text(unit),
                     known.measured.to_string(),
                     known.vendor.to_string(),
                     known.driver.to_string(),
@@ -46,7 +48,17 @@ fn table(what: Listed) -> anyhow::Result<Table> {
                 ]);
             }
             table(
-                &["gpu", "description", "measured", "vendor", "driver", "aggregator", "estimate", "known"],
+                &[
+                    "gpu",
+                    "description",
+                    "ray unit",
+                    "measured",
+                    "vendor",
+                    "driver",
+                    "aggregator",
+                    "estimate",
+                    "known",
+                ],
                 rows,
             )
         }

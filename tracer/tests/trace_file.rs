@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use std::path::{Path, PathBuf};
+use tracer::wide::NodeFormat;
 use tracer::{
     AccelerationStructure, BuildOptions, EncodedTile, Error, FrameTracer, MAX_RAY_SETS, NOT_CAST, RayKind,
     Rays, SceneIdentity, Tile, TileSource, TraceFile, TraceWriter, Traversal, View,
@@ -214,6 +215,25 @@ fn drawn_triangles_without_an_image_are_not_written() {
         assert!(refused.to_string().contains("drawn triangles for a list of rays"), "{refused}");
         header.raster = false;
         TraceWriter::create(&path, &header, tracer.topology()).expect("a list alone");
+    });
+}
+
+#[test]
+fn a_node_format_belongs_to_wide_bvhs_and_to_no_other_structure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("wide.rbt");
+    with_tracer(Traversal::WideStack { format: NodeFormat::Adreno8 }, 8, 8, |tracer| {
+        let mut header = tracer.header().clone();
+        assert_eq!(header.node_format, Some(NodeFormat::Adreno8));
+        TraceWriter::create(&path, &header, tracer.topology()).expect("a wide BVH in a format");
+        header.node_format = None;
+        let refused = TraceWriter::create(&path, &header, tracer.topology()).err().expect("refused");
+        assert!(refused.to_string().contains("no node format for a structure 'wide-bvh'"), "{refused}");
+    });
+    with_tracer(Traversal::BvhStack, 8, 8, |tracer| {
+        let header = tracer::TraceHeader { node_format: Some(NodeFormat::Full4), ..tracer.header().clone() };
+        let refused = TraceWriter::create(&path, &header, tracer.topology()).err().expect("refused");
+        assert!(refused.to_string().contains("full-4 for a structure 'bvh'"), "{refused}");
     });
 }
 

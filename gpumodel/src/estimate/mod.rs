@@ -273,21 +273,24 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
         }
     }
     if let Some(unit) = gpu.ray_unit_for(header) {
+        let together = match unit.scheduling {
+            RayScheduling::Warp => {
+                format!("the rays of a warp that are at one node together, {} at a time", unit.rays_together)
+            }
+            RayScheduling::Ray => "each ray by itself".to_owned(),
+        };
+        let estimated = gpu.estimates().iter().any(|key| key.starts_with("ray_unit."));
         sentences.push(format!(
-            "A ray unit of each core walks the structure and keeps the stacks; it tests {}, {} boxes or {} triangles per clock, figures that are \
-             {}. Each ray takes one step, then at most one triangle, before the next step of any ray of its warp; what it reads holds the port \
-             of the load/store unit for a cycle per line.",
-            match unit.scheduling {
-                RayScheduling::Warp => format!(
-                    "the rays of a warp that are at one node together, {} at a time",
-                    unit.rays_together
-                ),
-                RayScheduling::Ray => "each ray by itself".to_owned(),
-            },
+            "A ray unit of each core walks the structure and keeps the stacks; it tests {together}, {} boxes or {} triangles per clock{}.",
             unit.boxes_per_clock,
             unit.triangles_per_clock,
-            "estimates unless the description says otherwise"
+            if estimated { ", of which some figures are estimates" } else { "" }
         ));
+        sentences.push(
+            "A ray in the unit takes one step, then at most one triangle, before the next step of any ray of its warp; what it reads holds the \
+             load/store port for a cycle per line."
+                .to_owned(),
+        );
     } else if header.stack_entries > 0 {
         sentences.push(format!(
             "The stack of {} entries of 8 bytes is in private memory, interleaved by lane, and passes the caches.",

@@ -103,7 +103,11 @@ impl UnitTests {
         let of_triangles = usize::from(op == Op::Primitive);
         let tests = &mut tally.nodes[of_triangles];
         let mut test = |id: u32, rays: u32, times: u32| {
-            let boxes = if op == Op::Primitive { 1 } else { u64::from(self.boxes[id as usize]) };
+            let boxes = if op == Op::Primitive {
+                1
+            } else {
+                self.boxes.get(id as usize).copied().map_or(0, u64::from)
+            };
             let quarter = (4 * rays).div_ceil(self.warp_width).clamp(1, 4) as usize - 1;
             tests.by_quarters[quarter] += u64::from(times);
             tests.tests += boxes * u64::from(rays * times);

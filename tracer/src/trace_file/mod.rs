@@ -7,7 +7,9 @@ mod ray_steps;
 mod reader;
 mod writer;
 
+use crate::accel::Accel;
 use crate::trace::{Frame, TraceHeader};
+use crate::wide::NodeFormat;
 pub use reader::TraceFile;
 pub use writer::{EncodedTile, TraceWriter};
 
@@ -49,6 +51,13 @@ fn check_header(header: &TraceHeader) -> Result<(), String> {
         _ => {}
     }
     crate::ray_set::check(&header.ray_sets)?;
+    if header.node_format.is_some() != (header.accel == Accel::WideBvh) {
+        let said = header.node_format.map_or("no node format", NodeFormat::name);
+        return Err(format!(
+            "{said} for a structure '{}': wide BVHs have one, and no other",
+            header.accel.name()
+        ));
+    }
     if header.stack_entries.max(header.short_stack) > 1 << 16 {
         return Err(format!("a stack of {} entries", header.stack_entries.max(header.short_stack)));
     }
