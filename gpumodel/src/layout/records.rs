@@ -52,7 +52,7 @@ impl NodeRecords {
             Self::ChildBoxes => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!(
-                    "its {} traversal '{}' tests one box per step: there are no two to put into one record",
+                    "its {} traversal '{}' does not fetch siblings in pairs: there are no two to put into one record",
                     header.accel.name(),
                     header.traversal
                 ),
