@@ -130,7 +130,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_box_nodes_quarter",
-        "Ray Unit Box Nodes, Quarter",
+        "Ray Unit Box Nodes up to 1/4",
         RAY_UNIT,
         "nodes",
         "of these, with rays in up to a quarter of the lanes of a warp",
@@ -138,7 +138,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_box_nodes_half",
-        "Ray Unit Box Nodes, Half",
+        "Ray Unit Box Nodes up to 1/2",
         RAY_UNIT,
         "nodes",
         "of these, with rays in more than a quarter and up to half of the lanes of a warp",
@@ -146,7 +146,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_box_nodes_three_quarters",
-        "Ray Unit Box Nodes, Three quarters",
+        "Ray Unit Box Nodes up to 3/4",
         RAY_UNIT,
         "nodes",
         "of these, with rays in more than half and up to three quarters of the lanes of a warp",
@@ -154,7 +154,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_box_nodes_full",
-        "Ray Unit Box Nodes, Full",
+        "Ray Unit Box Nodes up to 4/4",
         RAY_UNIT,
         "nodes",
         "of these, with rays in more than three quarters of the lanes of a warp",
@@ -170,7 +170,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_triangle_nodes_quarter",
-        "Ray Unit Triangle Nodes, Quarter",
+        "Ray Unit Triangle Nodes up to 1/4",
         RAY_UNIT,
         "nodes",
         "of these, with rays in up to a quarter of the lanes of a warp",
@@ -178,7 +178,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_triangle_nodes_half",
-        "Ray Unit Triangle Nodes, Half",
+        "Ray Unit Triangle Nodes up to 1/2",
         RAY_UNIT,
         "nodes",
         "of these, with rays in more than a quarter and up to half of the lanes of a warp",
@@ -186,7 +186,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_triangle_nodes_three_quarters",
-        "Ray Unit Triangle Nodes, Three quarters",
+        "Ray Unit Triangle Nodes up to 3/4",
         RAY_UNIT,
         "nodes",
         "of these, with rays in more than half and up to three quarters of the lanes of a warp",
@@ -194,7 +194,7 @@ pub const COUNTERS: &[CounterInfo] = &[
     ),
     row(
         "ray_unit_triangle_nodes_full",
-        "Ray Unit Triangle Nodes, Full",
+        "Ray Unit Triangle Nodes up to 4/4",
         RAY_UNIT,
         "nodes",
         "of these, with rays in more than three quarters of the lanes of a warp",
