@@ -192,9 +192,9 @@ fn the_boxes_of_both_children_in_one_record_spare_a_fetch_and_the_leaves_records
     let single = teapot(Traversal::BvhParentLink);
     let refused = ReplayConfig { node_records: NodeRecords::ChildBoxes, ..config("fragment") };
     let message = replay(&frame(&single), &refused, Maps::Dropped, &|_, _| {})
-        .expect_err("one box per step")
+        .expect_err("siblings in pairs")
         .to_string();
-    assert!(message.contains("one box per step") && message.contains("parent-link"), "{message}");
+    assert!(message.contains("siblings in pairs") && message.contains("parent-link"), "{message}");
 }
 
 #[test]
