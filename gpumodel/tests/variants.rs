@@ -192,7 +192,7 @@ fn the_boxes_of_both_children_in_one_record_spare_a_fetch_and_the_leaves_records
     let single = teapot(Traversal::BvhParentLink);
     let refused = ReplayConfig { node_records: NodeRecords::ChildBoxes, ..config("fragment") };
     let message = replay(&frame(&single), &refused, Maps::Dropped, &|_, _| {})
-        .expect_err("siblings in pairs")
+        .expect_err("it reads one node per step")
         .to_string();
     assert!(message.contains("siblings in pairs") && message.contains("parent-link"), "{message}");
 }
