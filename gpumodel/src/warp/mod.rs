@@ -5,6 +5,7 @@ mod emit;
 mod lockstep;
 mod prefixes;
 mod program;
+mod ray_unit;
 mod seam;
 mod steps;
 mod stream;

@@ -4,7 +4,8 @@
 //! reflection or diffuse ray hits is shaded before the shadow rays from there; then it writes its colour. The warp reconverges between these parts. With a rasterised hit the first part is another pass's, and
 //! the lane begins with the position and normal that it reads back.
 
-use super::steps::{SetSteps, Tally, TileTally, UnitTally, WarpStep};
+use super::ray_unit::UnitTally;
+use super::steps::{SetSteps, Tally, TileTally, WarpStep};
 use crate::config::{Cost, SecondaryCosts};
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;

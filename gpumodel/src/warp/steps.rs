@@ -5,15 +5,11 @@
 
 use super::distinct::Distinct;
 use super::lockstep::{Body, Lockstep};
-use crate::config::RayScheduling;
+use super::ray_unit::{UnitTally, UnitTests};
 use crate::replay::ReplayConfig;
 use crate::schedule::{HELPER, LaneMap};
 use std::ops::Range;
-use std::sync::Arc;
-use tracer::{
-    LoopStructure, NOT_CAST, Op, RayKind, RaySet, RaySetId, Tile, TileRect, Topology, TopologyNode,
-    TraceHeader,
-};
+use tracer::{LoopStructure, NOT_CAST, Op, RayKind, RaySet, RaySetId, Tile, TileRect, Topology, TraceHeader};
 
 /// Steps and trips of a ray set, by how many warps and how many lanes took them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,24 +33,6 @@ pub(crate) struct Tally {
     pub(crate) shaded_lanes: u64,
 }
 
-/// What a ray unit tested.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct UnitTally {
-    /// Box nodes, and triangles.
-    pub(crate) nodes: [NodeTests; 2],
-}
-
-/// Tests of one kind.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct NodeTests {
-    /// Nodes tested with rays in up to one, two, three, and four quarters of a warp's lanes.
-    pub(crate) by_quarters: [u64; 4],
-    /// Boxes, or triangles, times the rays that met them.
-    pub(crate) tests: u64,
-    /// As `tests`, with the places for rays that stayed empty.
-    pub(crate) places: u64,
-}
-
 /// How the rays of a warp go through their steps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Walk {
@@ -63,65 +41,17 @@ pub(crate) struct Walk {
     unit: Option<UnitTests>,
 }
 
-/// How a ray unit tests the rays of a warp.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct UnitTests {
-    scheduling: RayScheduling,
-    places: u32,
-    warp_width: u32,
-    /// Of each node, the boxes of its children.
-    boxes: Arc<[u8]>,
-}
-
 impl Walk {
     pub(crate) fn new(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> Self {
         let Some(unit) = config.gpu.ray_unit_for(header) else {
             let stack_in_memory = header.stack_entries > 0;
             return Self { loop_structure: header.loop_structure, stack_in_memory, unit: None };
         };
-        let boxes = |node: &TopologyNode| match *node {
-            TopologyNode::Wide { count, leaves, .. } => (count + leaves) as u8,
-            TopologyNode::Inner { .. } | TopologyNode::Leaf { .. } => 0,
-        };
         // A unit tests nodes and triangles as its rays come to them, and keeps their stacks itself.
         Self {
             loop_structure: LoopStructure::IfIf,
             stack_in_memory: false,
-            unit: Some(UnitTests {
-                scheduling: unit.scheduling,
-                places: unit.places(),
-                warp_width: config.gpu.cores.warp_width,
-                boxes: topology.nodes.iter().map(boxes).collect(),
-            }),
-        }
-    }
-}
-
-impl UnitTests {
-    /// Tests of the groups of `lanes`, each at one of `ids`.
-    fn count(&self, op: Op, lanes: &[u64], ids: &[u32], tally: &mut UnitTally) {
-        let of_triangles = usize::from(op == Op::Primitive);
-        let tests = &mut tally.nodes[of_triangles];
-        let mut test = |id: u32, rays: u32, times: u32| {
-            let boxes = if op == Op::Primitive {
-                1
-            } else {
-                self.boxes.get(id as usize).copied().map_or(0, u64::from)
-            };
-            let quarter = (4 * rays).div_ceil(self.warp_width).clamp(1, 4) as usize - 1;
-            tests.by_quarters[quarter] += u64::from(times);
-            tests.tests += boxes * u64::from(rays * times);
-            tests.places += boxes * u64::from(rays.next_multiple_of(self.places) * times);
-        };
-        for (index, (&group, &id)) in lanes.iter().zip(ids).enumerate() {
-            match self.scheduling {
-                RayScheduling::Ray => test(id, 1, group.count_ones()),
-                RayScheduling::Warp if ids[..index].contains(&id) => {}
-                RayScheduling::Warp => {
-                    let at_node = lanes.iter().zip(ids).filter(|&(_, &other)| other == id);
-                    test(id, at_node.fold(0, |all, (lanes, _)| all | lanes).count_ones(), 1);
-                }
-            }
+            unit: Some(UnitTests::new(unit, config.gpu.cores.warp_width, topology)),
         }
     }
 }
