@@ -8,9 +8,13 @@ fn adreno_540() -> &'static str {
     BuiltinGpu::named("adreno-540").expect("it is built in").toml
 }
 
-/// The message for a description in which `from` is replaced by `to`, and the line at which `from` stands.
+/// As [`error_of`], of the Adreno 540.
 fn gpu_error(from: &str, to: &str) -> (String, usize) {
-    let text = adreno_540();
+    error_of(adreno_540(), from, to)
+}
+
+/// The message for a description in which `from` is replaced by `to`, and the line at which `from` stands.
+fn error_of(text: &str, from: &str, to: &str) -> (String, usize) {
     let at = text.find(from).unwrap_or_else(|| panic!("the description has '{from}'"));
     let changed = text.replacen(from, to, 1);
     let error = Gpu::parse(&changed, "my-gpu.toml").err().unwrap_or_else(|| panic!("'{to}' is refused"));
@@ -342,11 +346,7 @@ fn wrong_figures_of_a_ray_unit_are_refused() {
         ("path = { value = [\"lsc\", \"l2\"]", "path = { value = [\"l9\"]", "ray_unit.path", "'l9'"),
         ("path = { value = [\"lsc\", \"l2\"]", "path = { value = [\"l2\", \"lsc\"]", "paths", ""),
     ] {
-        assert!(text.contains(from), "the description has '{from}'");
-        let at = text.find(from).map_or(0, |at| text[..at].matches('\n').count() + 1);
-        let changed = text.replacen(from, to, 1);
-        let error = Gpu::parse(&changed, "my-gpu.toml").err().unwrap_or_else(|| panic!("'{to}' is refused"));
-        let error = error.to_string();
+        let (error, at) = error_of(text, from, to);
         assert!(error.contains(key) && error.contains(expectation), "{error}");
         assert!(key == "paths" || error.contains(&format!("my-gpu.toml:{at}")), "{error}");
     }

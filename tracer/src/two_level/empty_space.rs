@@ -6,6 +6,7 @@
 use super::sampling::Uniform;
 use crate::aabb::Aabb;
 use crate::ray::Ray;
+use crate::sampling::cosine_weighted;
 use glam::Vec3;
 
 /// Lines: the standard error of a share is at most 0.5 / sqrt(1024) = 1.6 %.
@@ -35,18 +36,7 @@ fn line(bounds: &Aabb, uniform: &mut Uniform) -> Ray {
     let spread = extent * glam::DVec3::new(uniform.next(), uniform.next(), uniform.next());
     let mut origin = bounds.min + spread.as_vec3();
     origin[axis] = if from_above { bounds.max[axis] } else { bounds.min[axis] };
-
-    // A point of the unit disc, raised to the half sphere above it (Malley's method).
-    let (x, y) = loop {
-        let (x, y) = (2.0 * uniform.next() - 1.0, 2.0 * uniform.next() - 1.0);
-        if x * x + y * y < 1.0 {
-            break (x, y);
-        }
-    };
-    let inwards = (1.0 - x * x - y * y).sqrt();
-    let mut direction = Vec3::ZERO;
-    direction[axis] = if from_above { -inwards as f32 } else { inwards as f32 };
-    direction[(axis + 1) % 3] = x as f32;
-    direction[(axis + 2) % 3] = y as f32;
-    Ray::new(origin, direction)
+    let inwards = if from_above { -Vec3::AXES[axis] } else { Vec3::AXES[axis] };
+    let point = [uniform.next() as f32, uniform.next() as f32];
+    Ray::new(origin, cosine_weighted(inwards, point))
 }
