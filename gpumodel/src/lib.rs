@@ -17,6 +17,7 @@ pub mod kernel;
 mod layout;
 #[cfg(test)]
 mod mock;
+pub mod ordering;
 mod prepared;
 pub mod queueing;
 mod random;
