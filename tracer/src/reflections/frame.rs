@@ -109,6 +109,11 @@ impl<'a> Reflections<'a> {
         }
     }
 
+    /// What each pixel shows.
+    pub fn gbuffer(&self) -> &GBuffer<'a> {
+        self.gbuffer
+    }
+
     /// What becomes of each pixel's ray, in rows: the coverage of the technique.
     pub fn outcomes(&self) -> &[Outcome] {
         &self.outcomes

@@ -19,4 +19,4 @@ pub use frame::{Outcome, QueryOrigin, ReflectionRay, ReflectionSettings, Reflect
 pub use gbuffer::GBuffer;
 pub use march::{March, MarchBounds, MarchEnd};
 pub use pyramid::DepthPyramid;
-pub use ray_tracer::ReflectionTracer;
+pub use ray_tracer::{NO_RAY, ReflectionTracer};
