@@ -17,6 +17,7 @@ pub mod kernel;
 mod layout;
 #[cfg(test)]
 mod mock;
+pub mod ordering;
 mod prepared;
 pub mod queueing;
 mod random;
@@ -31,10 +32,10 @@ mod windows;
 mod workshop;
 
 pub use config::{
-    Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu,
-    Identity, LoadStore, Output, Paths, Present, Provenance, Raster, RayQueryCosts, RayScheduling, RayUnit,
-    Registers, Scheduler, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique,
-    TextureUnit, Tiler, Translation, TraversalCosts,
+    Atomics, Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family,
+    GPUS, Gpu, Identity, LoadStore, Output, Paths, Present, Provenance, Raster, RayQueryCosts, RayScheduling,
+    RayUnit, ReflectionCosts, ReflectionRegisters, Registers, Scheduler, ShaderCores, ShaderCosts,
+    SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

@@ -1,5 +1,6 @@
 //! A GPU, described and checked.
 
+use super::atomics::{Atomics, atomics};
 use super::gpu_checks::{
     IN_FLIGHT, RATE, WIDEST_WARP, cache_latency, caches, dram_standard, path, registers, texture, tiler,
     warp_pixels,
@@ -37,6 +38,8 @@ pub struct Gpu {
     pub ray_unit: Option<RayUnit>,
     /// Translation of addresses, where figures for it are known.
     pub translation: Option<Translation>,
+    /// Atomics, barriers and indirect dispatches, where figures for them are given.
+    pub atomics: Option<Atomics>,
     /// System memory.
     pub dram: Dram,
     /// Rasterisation in bins.
@@ -336,6 +339,7 @@ impl Gpu {
             paths,
             ray_unit,
             translation: raw.translation.map(|raw| translation(&file, &raw)).transpose()?,
+            atomics: raw.atomics.map(|raw| atomics(&file, &raw)).transpose()?,
             dram: Dram {
                 channels: file.within("dram.channels", &raw.dram.channels, 1..=cachesim::MAX_CHANNELS)?,
                 queue: file.within("dram.queue", &raw.dram.queue, 1..=cachesim::MAX_QUEUE)?,
