@@ -6,10 +6,10 @@ use super::{hierarchical, linear};
 
 /// How a ray is followed.
 ///
-/// Both ways end at the first texel where the ray is behind a surface that faces it: with a hit if it is behind by little enough, and with a
-/// miss if by more, as nothing is known there. (McGuire & Mara go on behind it, which saves nothing where a ray query decides what is
-/// there.) A surface that turns away is no hit (AMD's FidelityFX SSSR drops such hits, too): the ray leaves it, or is about to come
-/// out behind it. It is passed, and nothing beyond it counts as free.
+/// Both ways end at the first texel where the ray is behind a surface: with a hit if it is behind by little enough, and with a miss if by
+/// more, as nothing is known there. (McGuire & Mara go on behind it, which gains nothing where a ray query decides what is there.) A surface
+/// that turns away and that the ray is behind by little is no hit (AMD's FidelityFX SSSR drops such hits, too): the ray leaves it, or is about
+/// to come out from behind it. It is passed, and nothing beyond it counts as free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum March {
     /// Texel by texel along the line on the screen: McGuire & Mara, "Efficient GPU Screen-Space Ray Tracing", JCGT 3(4), 2014.
