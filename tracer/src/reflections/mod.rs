@@ -14,6 +14,8 @@ mod march;
 mod pyramid;
 mod ray_tracer;
 mod screen_ray;
+#[cfg(test)]
+mod tests;
 
 pub use frame::{Outcome, QueryOrigin, ReflectionRay, ReflectionSettings, Reflections};
 pub use gbuffer::GBuffer;
