@@ -1,6 +1,6 @@
 //! How a frame is rendered: which passes it has.
 
-use super::reflection_technique::{Reflections, ReflectionsFile};
+use super::reflection_technique::{HitShading, Reflections, ReflectionsFile};
 use super::sourced::{File, Sourced, Tag, tags};
 use crate::counters::Pass;
 use crate::error::Error;
@@ -280,6 +280,15 @@ impl Technique {
             Pass::Present => self.present.is_some(),
         };
         Pass::ALL.into_iter().filter(has).collect()
+    }
+
+    /// The pass after which dirty lines are written back: the last one that shades.
+    pub(crate) fn last_shading(&self) -> Pass {
+        match &self.reflections {
+            None => Pass::Output,
+            Some(reflections) if reflections.hit_shading == HitShading::VisibilityBuffer => Pass::HitShading,
+            Some(_) => Pass::Reflection,
+        }
     }
 
     /// Dotted keys of its figures that are estimates.

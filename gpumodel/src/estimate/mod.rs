@@ -104,7 +104,7 @@ pub fn estimate(
         let resident_warps = replayed.resident_warps[pass as usize];
         Demand::of(pass, counters.pass(pass), resident_warps, &config.gpu)
     });
-    demands[Pass::Output as usize].add_flush(&counters.flush, &config.gpu);
+    demands[config.technique.last_shading() as usize].add_flush(&counters.flush, &config.gpu);
     let mut seconds = [0.0; Pass::COUNT];
     let mut deciding = [NO_BOUND; Pass::COUNT];
     let mut longest = (0.0, NO_BOUND);

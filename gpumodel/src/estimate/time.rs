@@ -42,7 +42,7 @@ pub(super) fn phases(technique: &Technique) -> &'static [&'static [Pass]] {
         &[Pass::BucketCount],
         &[Pass::BucketOffset],
         &[Pass::BucketCopy],
-        &[Pass::HitShading, Pass::ReflectionShadow, Pass::Output],
+        &[Pass::HitShading, Pass::ReflectionShadow],
     ];
     match &technique.reflections {
         None => &OF_A_FRAME,

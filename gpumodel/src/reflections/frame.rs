@@ -21,7 +21,7 @@ use crate::replay::{Maps, ReplayConfig, Replayed};
 use crate::schedule::LaneMap;
 use crate::warp::{Program, Walk};
 use tracer::reflections::{NO_RAY, ReflectionTracer};
-use tracer::{Frame, NOT_CAST, RayKind, TILE_RAYS, TileSource, TraceHeader};
+use tracer::{Frame, NOT_CAST, RayKind, RaySetId, TILE_RAYS, TileSource, TraceHeader};
 
 /// A frame of reflections on its way through a GPU.
 pub(super) struct Replay<'a> {
@@ -96,11 +96,14 @@ impl<'a> Replay<'a> {
         let hits = if sorts { Hits::Kept } else { Hits::Shaded };
         let pass = self.ray_pass(&tracing, &lists, (from, hits), Pass::Reflection);
         let hits = self.run_rays(&pass, passes, tracing.warps, &mut running)?;
+        let (width, height) = size(frame.reflections);
+        let frame = Frame::Image { width, height };
+        let mut header = TraceHeader { frame, ..tracing.rays.header().clone() };
         if sorts {
-            self.shade_by_material(&listing, &hits, &lists, &mut running)?;
+            header.ray_sets = self.shade_by_material(&listing, &hits, &lists, &mut running)?;
         }
         running.counters.stalls = tracing.rays.stalls();
-        Ok(self.finish(tracing, &lists, running))
+        Ok((self.finish(tracing, &lists, running), header))
     }
 
     /// Warps that a core holds of a shader with so many registers.
@@ -253,14 +256,14 @@ impl<'a> Replay<'a> {
         Ok(hits)
     }
 
-    /// Count, offset, copy; then a dispatch for each material, and one for the misses.
+    /// Count, offset, copy; then a dispatch for each material, and one for the misses. Answers the ray sets of the frame.
     fn shade_by_material(
         &self,
         listing: &Listing,
         hits: &[u32],
         lists: &Lists,
         running: &mut Running,
-    ) -> Result<(), Error> {
+    ) -> Result<Vec<RaySetId>, Error> {
         let Self { frame, config, technique, lanes, benches, .. } = self;
         let gpu = &config.gpu;
         let shader = |&triangle: &u32| (triangle < NOT_CAST).then(|| frame.shaders[triangle as usize]);
@@ -321,7 +324,7 @@ impl<'a> Replay<'a> {
         let shading =
             self.ray_pass(&tracing, lists, (From::Sorted(&sorted_places), Hits::Shaded), Pass::HitShading);
         self.run_rays(&shading, &[Pass::HitShading, Pass::ReflectionShadow], tracing.warps, running)?;
-        Ok(())
+        Ok(tracing.rays.header().ray_sets.clone())
     }
 
     /// Every bucket adds its size to one counter.
@@ -331,8 +334,8 @@ impl<'a> Replay<'a> {
         AtomicTally { instructions: warps, counters: warps, atomics: buckets, joined: buckets }
     }
 
-    fn finish(&self, tracing: Tracing<'_>, lists: &Lists, running: Running) -> (Replayed, TraceHeader) {
-        let Tracing { program, rays, .. } = tracing;
+    fn finish(&self, tracing: Tracing<'_>, lists: &Lists, running: Running) -> Replayed {
+        let Tracing { program, .. } = tracing;
         let Running { engine, mut counters, resident_warps } = running;
         let Finished { traffic, flush, schedule, phases, timed } = engine.finish();
         for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
@@ -343,11 +346,7 @@ impl<'a> Replay<'a> {
         let Buffers { structure_bytes, sizes: mut buffers, .. } = program.buffers;
         buffers.image = lists.image_bytes;
         buffers.record = lists.record_bytes;
-        let (width, height) = size(self.frame.reflections);
-        let header = TraceHeader { frame: Frame::Image { width, height }, ..rays.header().clone() };
-        let replayed =
-            Replayed { counters, maps: None, structure_bytes, buffers, resident_warps, phases, timed };
-        (replayed, header)
+        Replayed { counters, maps: None, structure_bytes, buffers, resident_warps, phases, timed }
     }
 }
 
