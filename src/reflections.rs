@@ -6,11 +6,11 @@ use crate::meter::{Meter, timed};
 use crate::progress::Progress;
 use crate::report::{Answer, Before, of_frame};
 use anyhow::bail;
-use gpumodel::reflections::{ListTracer, ReflectionFrame, Shadows, replay_reflections};
-use gpumodel::{QueryOrigin, ScreenSpace};
+use gpumodel::reflections::{ListTracer, ReflectionFrame, ReplayedReflections, Shadows, replay_reflections};
+use gpumodel::{Maps, QueryOrigin, ScreenSpace};
 use scenes::Scene;
-use tracer::Aabb;
 use tracer::reflections::{GBuffer, March, Outcome, ReflectionSettings, ReflectionTracer, Reflections};
+use tracer::{Aabb, Omission};
 
 /// Shaders of a scene whose triangles all have one material.
 const ASSIGNED_SHADERS: u32 = 32;
@@ -21,6 +21,7 @@ const CELLS: f32 = 8.0;
 pub(crate) fn answers(
     frame: &Frame<'_>,
     machines: &[&Machine],
+    maps: Maps,
     before: &Before,
     meter: &Meter,
 ) -> anyhow::Result<Vec<Answer>> {
@@ -65,13 +66,20 @@ pub(crate) fn answers(
             };
             let list: &ListTracer<'_> = &list;
             let of = ReflectionFrame { reflections: &reflections, list, shaders: &shaders, bounds };
-            replay_reflections(&of, &machine.config)
-                .map(|(replayed, header)| (replayed, header, coverage_note(reflections.outcomes())))
+            replay_reflections(&of, &machine.config, maps)
+                .map(|replayed| (replayed, coverage_note(reflections.outcomes())))
         });
-        let (replayed, mut header, coverage) = replayed?;
+        let (ReplayedReflections { replayed, mut header, maps }, coverage) = replayed?;
         header.remarks = frame.remarks(false);
         header.remarks.notes.extend([coverage, materials_note.clone()]);
-        answers.push(of_frame(&header, &topology, machine, replayed, (before, seconds), meter)?);
+        if maps.as_ref().is_some_and(|maps| maps.lane_slots.is_none()) {
+            header.remarks.left_out.push(Omission {
+                what: "divergence map".to_owned(),
+                why: "the ray unit takes each ray by itself, so that no lane waits for another".to_owned(),
+            });
+        }
+        let answer = of_frame(&header, &topology, machine, replayed, (before, seconds), meter)?;
+        answers.push(Answer { reflections: maps, ..answer });
     }
     Ok(answers)
 }

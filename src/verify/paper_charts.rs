@@ -1,10 +1,11 @@
 //! The counterparts of the figures and the table of Sousa et al. 2019, from the measurements of their claims.
 
 use super::measure::Measured;
-use crate::report::{Answer, HEAT_MAP_PERCENTILE, MAPS, MapKind, in_sentence};
+use crate::pictures::{HEAT_MAP_PERCENTILE, MAPS, MapKind, in_sentence};
+use crate::report::Answer;
 use reports::chart::{BarChart, Scale, Series};
 use reports::claims::{ClaimSet, SceneRole, Setup};
-use reports::heat_map::{Panel, Panels, write_panels_png};
+use reports::heat_map::{Panel, Panels, ScaleEnd, write_panels_png};
 use std::fmt::Write;
 
 /// The traversals of the paper, as setups and as the paper name them.
@@ -271,7 +272,7 @@ fn panels(
         width,
         panels,
         columns: TRAVERSALS.len(),
-        clamp_percentile: HEAT_MAP_PERCENTILE,
+        end: ScaleEnd::Percentile(HEAT_MAP_PERCENTILE),
     })?;
     Ok(Some(picture))
 }
