@@ -9,13 +9,25 @@ use anyhow::bail;
 use gpumodel::reflections::{ListTracer, ReflectionFrame, Shadows, replay_reflections};
 use gpumodel::{QueryOrigin, ScreenSpace};
 use scenes::Scene;
-use tracer::Aabb;
 use tracer::reflections::{GBuffer, March, Outcome, ReflectionSettings, ReflectionTracer, Reflections};
+use tracer::{Aabb, Omission};
 
 /// Shaders of a scene whose triangles all have one material.
 const ASSIGNED_SHADERS: u32 = 32;
 /// Cells of the scene's box along each axis, whose triangles are given one shader.
 const CELLS: f32 = 8.0;
+
+/// What other frames leave out of a scene, and these do not.
+const MODELLED: [&str; 1] = ["several_materials"];
+
+/// What these frames leave out.
+fn omissions() -> [Omission; 2] {
+    [
+        ("the G-buffer", "it is in memory, from a pass before: depth, normal, roughness and colour"),
+        ("the pyramid of depths", "a renderer that has one for other effects makes it before"),
+    ]
+    .map(|(what, why)| Omission { what: what.to_owned(), why: why.to_owned() })
+}
 
 /// Reports of one frame on machines whose techniques have reflections.
 pub(crate) fn answers(
@@ -70,6 +82,8 @@ pub(crate) fn answers(
         });
         let (replayed, mut header, coverage) = replayed?;
         header.remarks = frame.remarks(false);
+        header.remarks.left_out.retain(|entry| !MODELLED.contains(&entry.what.as_str()));
+        header.remarks.left_out.extend(omissions());
         header.remarks.notes.extend([coverage, materials_note.clone()]);
         answers.push(of_frame(&header, &topology, machine, replayed, (before, seconds), meter)?);
     }

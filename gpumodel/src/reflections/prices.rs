@@ -50,12 +50,12 @@ impl<'a> Prices<'a> {
         }
     }
 
-    /// Copying a colour: a load where it is on the screen, and a store.
-    pub(super) fn screen_colour(&self) -> Cost {
-        self.with_loads(&[], 2)
+    /// A hit's normal and colour.
+    pub(super) fn screen_hit(&self) -> Cost {
+        self.with_loads(&[self.shared.decode_normal], 2)
     }
 
-    /// A colour that is known.
+    /// Writing a colour.
     pub(super) fn store_colour(&self) -> Cost {
         self.with_loads(&[], 1)
     }
