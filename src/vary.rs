@@ -2,7 +2,11 @@
 
 use crate::args::{FrameArgs, MachineArgs};
 use anyhow::{anyhow, bail};
-use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, RayScheduling, TECHNIQUES};
+use gpumodel::ordering::AtomicStrategy;
+use gpumodel::{
+    GPUS, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, QueryOrigin,
+    RayScheduling, ScreenSpace, TECHNIQUES,
+};
 use tracer::wide::NodeFormat;
 use tracer::{Accel, Traversal};
 
@@ -10,6 +14,8 @@ use tracer::{Accel, Traversal};
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
 /// Both axes of the fine grid of costs.
 const FINE_COSTS: [&str; 6] = ["0.5", "1", "1.5", "2", "3", "4"];
+/// Bins that are compared unless told otherwise.
+const BINNINGS: [&str; 5] = ["none", "sign", "octahedral-4x4", "position-2", "position-sign-1"];
 /// Most variants of one comparison.
 const MOST_VARIANTS: usize = 1000;
 
@@ -27,6 +33,12 @@ pub(crate) enum Axis {
     NodeRecords,
     NodeOrder,
     RayUnit,
+    ScreenSpace,
+    Launch,
+    Binning,
+    QueryOrigin,
+    HitShading,
+    Atomics,
     /// A figure of the GPU's description, by its dotted key.
     Figure(String),
 }
@@ -48,7 +60,7 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 11] = [
+    const NAMED: [Self; 17] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
@@ -60,6 +72,12 @@ impl Axis {
         Self::NodeRecords,
         Self::NodeOrder,
         Self::RayUnit,
+        Self::ScreenSpace,
+        Self::Launch,
+        Self::Binning,
+        Self::QueryOrigin,
+        Self::HitShading,
+        Self::Atomics,
     ];
 
     /// Its name on the command line.
@@ -76,6 +94,12 @@ impl Axis {
             Self::NodeRecords => "node-records",
             Self::NodeOrder => "node-order",
             Self::RayUnit => "ray-unit",
+            Self::ScreenSpace => "screen-space",
+            Self::Launch => "launch",
+            Self::Binning => "binning",
+            Self::QueryOrigin => "query-origin",
+            Self::HitShading => "hit-shading",
+            Self::Atomics => "atomics",
             Self::Figure(key) => key,
         }
     }
@@ -95,6 +119,12 @@ impl Axis {
             Self::NodeRecords => owned(&NodeRecords::ALL.map(NodeRecords::name)),
             Self::NodeOrder => owned(&NodeOrder::ALL.map(NodeOrder::name)),
             Self::RayUnit => owned(&["none", "warp", "ray"]),
+            Self::ScreenSpace => owned(&ScreenSpace::ALL.map(ScreenSpace::name)),
+            Self::Launch => owned(&Launch::ALL.map(Launch::name)),
+            Self::Binning => owned(&BINNINGS),
+            Self::QueryOrigin => owned(&QueryOrigin::ALL.map(QueryOrigin::name)),
+            Self::HitShading => owned(&HitShading::ALL.map(HitShading::name)),
+            Self::Atomics => owned(&AtomicStrategy::ALL.map(AtomicStrategy::name)),
             Self::Figure(key) => {
                 bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128")
             }
@@ -139,6 +169,12 @@ impl Axis {
             Self::NodeRecords => machine.node_records = given,
             Self::NodeOrder => machine.node_order = given,
             Self::RayUnit => machine.ray_unit = given,
+            Self::ScreenSpace => machine.reflections.screen_space = given,
+            Self::Launch => machine.reflections.launch = given,
+            Self::Binning => machine.reflections.binning = given,
+            Self::QueryOrigin => machine.reflections.query_origin = given,
+            Self::HitShading => machine.reflections.hit_shading = given,
+            Self::Atomics => machine.reflections.atomics = given,
             Self::Figure(key) => machine.set.push(format!("{key}={value}")),
         }
         Ok(())

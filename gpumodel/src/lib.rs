@@ -23,6 +23,7 @@ pub mod queueing;
 mod random;
 #[cfg(test)]
 mod ray_units;
+pub mod reflections;
 mod replay;
 mod sampled;
 mod schedule;
@@ -33,9 +34,10 @@ mod workshop;
 
 pub use config::{
     Atomics, Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family,
-    GPUS, Gpu, Identity, LoadStore, Output, Paths, Present, Provenance, Raster, RayQueryCosts, RayScheduling,
-    RayUnit, ReflectionCosts, ReflectionRegisters, Registers, Scheduler, ShaderCores, ShaderCosts,
-    SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation, TraversalCosts,
+    GPUS, Gpu, HitShading, Identity, Launch, LoadStore, Output, Paths, Present, Provenance, QueryOrigin,
+    Raster, RayQueryCosts, RayScheduling, RayUnit, ReflectionCosts, ReflectionRegisters, Reflections,
+    Registers, Scheduler, ScreenSpace, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag,
+    Technique, TextureUnit, Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

@@ -317,6 +317,11 @@ impl ShaderCosts {
         &self.secondary_estimates
     }
 
+    /// Costs of making rays that start at a hit, where the table has them.
+    pub(crate) fn secondary_rays(&self) -> Option<&SecondaryCosts> {
+        self.secondary.as_ref()
+    }
+
     /// Costs of the passes of reflections, where the table has them.
     pub fn reflections(&self) -> Option<&ReflectionCosts> {
         self.reflections.as_ref()

@@ -274,7 +274,7 @@ impl Gpu {
             vertex: path("paths.vertex", &raw.paths.vertex)?,
         };
         let ray_unit = raw.ray_unit.as_ref().map(|raw| ray_unit(&file, raw, &caches)).transpose()?;
-        Hierarchy::with_paths(&levels, &all_paths(&paths, ray_unit.as_ref())).map_err(|error| {
+        Hierarchy::with_paths(&levels, &all_paths(&paths, ray_unit.as_ref(), &caches)).map_err(|error| {
             let remedy = "correct [paths] or the order of the [[cache]] tables";
             file.refuse("paths", &raw.paths.ssbo.value.span(), error, remedy)
         })?;
@@ -420,14 +420,21 @@ impl Gpu {
         &self.levels
     }
 
+    /// The way of atomics on storage buffers.
+    pub(crate) fn atomic_path(&self) -> &[usize] {
+        atomic_path(&self.paths, &self.caches)
+    }
+
     /// The caches, empty, with the TLB behind them, and their paths: storage buffers, textures, private memory, vertices, and the ray unit, which
     /// has that of storage buffers where there is none.
     ///
     /// # Errors
     /// When the paths contradict each other.
     pub(crate) fn hierarchy(&self) -> Result<(Hierarchy, Vec<PathId>), cachesim::Error> {
-        let (hierarchy, paths) =
-            Hierarchy::with_paths(&self.levels, &all_paths(&self.paths, self.ray_unit.as_ref()))?;
+        let (hierarchy, paths) = Hierarchy::with_paths(
+            &self.levels,
+            &all_paths(&self.paths, self.ray_unit.as_ref(), &self.caches),
+        )?;
         let hierarchy = match self.translation {
             Some(Translation { tlb, .. }) => hierarchy.with_tlb(tlb),
             None => hierarchy,
@@ -436,8 +443,15 @@ impl Gpu {
     }
 }
 
-/// As the cache simulator takes them: storage buffers, textures, private memory, vertices, ray unit.
-fn all_paths<'a>(paths: &'a Paths, ray_unit: Option<&'a RayUnit>) -> [&'a [usize]; 5] {
+/// As the cache simulator takes them: storage buffers, textures, private memory, vertices, ray unit, atomics.
+fn all_paths<'a>(paths: &'a Paths, ray_unit: Option<&'a RayUnit>, caches: &[CacheLevel]) -> [&'a [usize]; 6] {
     let Paths { ssbo, texture, private, vertex } = paths;
-    [ssbo, texture, private, vertex, ray_unit.map_or(ssbo, |unit| &unit.path)]
+    let unit = ray_unit.map_or(ssbo, |unit| &unit.path);
+    [ssbo, texture, private, vertex, unit, atomic_path(paths, caches)]
+}
+
+/// Past the caches that not all cores share.
+fn atomic_path<'a>(paths: &'a Paths, caches: &[CacheLevel]) -> &'a [usize] {
+    let shared = paths.ssbo.iter().position(|&level| caches[level].copies == 1);
+    &paths.ssbo[shared.unwrap_or(paths.ssbo.len() - 1)..]
 }

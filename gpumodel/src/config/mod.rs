@@ -7,6 +7,7 @@ mod gpu_checks;
 mod gpu_file;
 mod gpu_presets;
 mod ray_unit;
+mod reflection_technique;
 mod reflections;
 mod sourced;
 mod technique;
@@ -21,6 +22,7 @@ pub use gpu::{
 };
 pub use gpu_presets::{BuiltinGpu, GPUS};
 pub use ray_unit::{RayScheduling, RayUnit};
+pub use reflection_technique::{HitShading, Launch, QueryOrigin, Reflections, ScreenSpace};
 pub use reflections::{ReflectionCosts, ReflectionRegisters};
 pub use sourced::{Provenance, Tag};
 pub(crate) use technique::VECTOR_BYTES;

@@ -26,8 +26,9 @@ pub struct ReflectionSettings<'a> {
 pub enum QueryOrigin {
     /// At the surface.
     Surface,
-    /// Where the march ended ("last visited SSR position", Calvo Lista 2026): at its [`MarchEnd::Miss`]. The ray is then before all that the
-    /// screen shows, and what the camera does not see of the way there is passed over.
+    /// Where the march has shown the ray to be free ("last visited SSR position", Calvo Lista 2026): [`MarchEnd::Miss`]. Between the eye and
+    /// what a pixel shows is nothing, so a ray before the surfaces of all pixels has met none, seen or hidden; only what the screen is too
+    /// coarse for, between the middles of pixels, can be passed over.
     LastFree,
 }
 
@@ -60,7 +61,7 @@ pub struct ReflectionRay {
 
 /// The reflections of a frame, one ray per pixel: the first sample of those that [`SecondaryRays`](crate::SecondaryRays) casts.
 ///
-/// Memory: 12 bytes per pixel and 36 per query. Marches are not kept; [`Self::march`] goes the same way again.
+/// Memory: 12 bytes per pixel and 36 per query, twice that while it is built. Marches are not kept; [`Self::march`] goes the same way again.
 pub struct Reflections<'a> {
     gbuffer: &'a GBuffer<'a>,
     settings: ReflectionSettings<'a>,
@@ -107,6 +108,11 @@ impl<'a> Reflections<'a> {
             }
             Some(MarchEnd::Miss { .. }) | None => (Outcome::Query, Some(ray)),
         }
+    }
+
+    /// What each pixel shows.
+    pub fn gbuffer(&self) -> &GBuffer<'a> {
+        self.gbuffer
     }
 
     /// What becomes of each pixel's ray, in rows: the coverage of the technique.

@@ -3,9 +3,6 @@
 use super::march::{Follower, MarchEnd, Verdict};
 use super::screen_ray::ScreenRay;
 
-/// How far past the border of a cell its neighbour is looked for, in pixels: far beyond rounding. (FidelityFX SSSR: 0.005.)
-const NUDGE: f64 = 1.0 / 1024.0;
-
 /// Follows a ray.
 ///
 /// A cell whose least depth the whole ray within it is before is crossed, and the next one is larger. In another one the ray goes on to where
@@ -16,15 +13,15 @@ where
     O: FnMut(u32, u32, u32),
 {
     let ray = march.ray;
-    let nudge = NUDGE / ray.length();
+    let shortest = ScreenRay::SHORTEST / ray.length();
     let size = march.depth.size(0);
     let top = march.depth.levels() - 1;
     let mut level = 0;
     let mut s = crossing(ray, ray.pixel(0.0, size), 0);
-    while s + nudge < 1.0 {
-        let pixel = ray.pixel(s + nudge, size);
+    while s + shortest < 1.0 {
+        let pixel = ray.pixel(s + shortest, size);
         let cell = pixel.map(|place| place >> level);
-        let exit = crossing(ray, cell, level).clamp(s + nudge, 1.0);
+        let exit = crossing(ray, cell, level).clamp(s + shortest, 1.0);
         let Some(depth) = march.read(level, cell) else { break };
         if march.is_before(depth, [s, exit]) {
             march.frees(exit);

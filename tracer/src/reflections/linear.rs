@@ -1,6 +1,7 @@
 //! The march with steps of equal length on the screen.
 
 use super::march::{Follower, MarchEnd, Verdict};
+use super::screen_ray::ScreenRay;
 
 /// Follows a ray with this stride.
 ///
@@ -71,7 +72,7 @@ impl Steps {
         let (start, length) = (ray.start[axis], ray.length());
         let within = start - start.floor();
         let first = if ray.delta[axis] > 0.0 { 1.0 - within } else { within };
-        Self { first, length, count: (length - first).ceil().max(0.0) as u32 }
+        Self { first, length, count: (length - first - ScreenRay::SHORTEST).ceil().max(0.0) as u32 }
     }
 
     /// Where a step, from 1, begins and ends along the ray.

@@ -6,10 +6,10 @@ use super::{hierarchical, linear};
 
 /// How a ray is followed.
 ///
-/// Both ways end at the first texel where the ray is behind a surface that faces it: with a hit if it is behind by little enough, and with a
-/// miss if by more, as nothing is known there. (McGuire & Mara go on behind it, which saves nothing where a ray query decides what is
-/// there.) A surface that turns away is no hit (AMD's FidelityFX SSSR drops such hits, too): the ray leaves it, or is about to come
-/// out behind it. It is passed, and nothing beyond it counts as free.
+/// Both ways end at the first texel where the ray is behind a surface: with a hit if it is behind by little enough, and with a miss if by
+/// more, as nothing is known there. (McGuire & Mara go on behind it, which gains nothing where a ray query decides what is there.) A surface
+/// that turns away and that the ray is behind by little is no hit (AMD's FidelityFX SSSR drops such hits, too): the ray leaves it, or is about
+/// to come out from behind it. It is passed, and nothing beyond it counts as free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum March {
     /// Texel by texel along the line on the screen: McGuire & Mara, "Efficient GPU Screen-Space Ray Tracing", JCGT 3(4), 2014.
@@ -39,14 +39,18 @@ pub struct MarchBounds {
 }
 
 impl March {
-    /// A linear march of single pixels. Its limits are our own choice: sources give a thickness in units of their scene and leave the number of
-    /// texels to the user.
-    pub const LINEAR: Self =
-        Self::Linear { stride: 1, bounds: MarchBounds { thickness: 0.02, texels: 2048 } };
+    /// How thick surfaces are by default: our own choice, as sources give lengths in units of their scenes. With twice as much, 50 % instead of
+    /// 46 % of the Crytek Sponza's mirror rays end on the screen (512x512), and 7.6 % instead of 4.5 % of those hits lie farther from what a
+    /// ray hits than 3 % of its distance to the eye.
+    pub const THICKNESS: f32 = 0.01;
 
-    /// A hierarchical march with as many texels as AMD's FidelityFX SSSR has by default; the thickness is our own choice.
+    /// A linear march of single pixels, as many as the longest row of an image of 2048 pixels: our own choice, as sources leave it to the user.
+    pub const LINEAR: Self =
+        Self::Linear { stride: 1, bounds: MarchBounds { thickness: Self::THICKNESS, texels: 2048 } };
+
+    /// A hierarchical march with as many texels as AMD's FidelityFX SSSR has by default.
     pub const HIERARCHICAL: Self =
-        Self::Hierarchical { bounds: MarchBounds { thickness: 0.02, texels: 128 } };
+        Self::Hierarchical { bounds: MarchBounds { thickness: Self::THICKNESS, texels: 128 } };
 }
 
 /// How a march ends.
@@ -61,8 +65,9 @@ pub enum MarchEnd {
     },
     /// Without.
     Miss {
-        /// Up to this parameter the ray is before all that the texels show which were read: a pixel before the end of the free part, as a texel
-        /// knows its depth in its middle alone.
+        /// Up to this parameter the ray is before the depths of all texels that it passed: a pixel before the end of that part, as a texel knows
+        /// the depth of its middle alone. With a stride above 1 only texels that were read count, and surfaces as narrow as the stride can
+        /// be passed over.
         t: f32,
     },
 }

@@ -14,9 +14,11 @@ mod march;
 mod pyramid;
 mod ray_tracer;
 mod screen_ray;
+#[cfg(test)]
+mod tests;
 
 pub use frame::{Outcome, QueryOrigin, ReflectionRay, ReflectionSettings, Reflections};
 pub use gbuffer::GBuffer;
 pub use march::{March, MarchBounds, MarchEnd};
 pub use pyramid::DepthPyramid;
-pub use ray_tracer::ReflectionTracer;
+pub use ray_tracer::{NO_RAY, ReflectionTracer};

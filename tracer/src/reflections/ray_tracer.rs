@@ -13,13 +13,16 @@ use glam::Vec3;
 use scenes::Triangle;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// A place of a list without a ray.
+pub const NO_RAY: u32 = u32::MAX;
+
 /// Traces a list of reflection rays in a given order, and from what they hit a shadow ray to each light.
 ///
 /// Its frame is that list, so its sets have no primary rays, and a trace file does not take it.
 pub struct ReflectionTracer<'a> {
     scene: Scene<'a>,
     rays: &'a [ReflectionRay],
-    /// From a place in the frame to the ray there.
+    /// From a place in the frame to the ray there, or to [`NO_RAY`].
     order: Vec<u32>,
     lights: Vec<Vec3>,
     header: TraceHeader,
@@ -28,7 +31,7 @@ pub struct ReflectionTracer<'a> {
 }
 
 impl<'a> ReflectionTracer<'a> {
-    /// A tracer of `rays`, at each place of the frame the one that `order` has there.
+    /// A tracer of `rays`, at each place of the frame the one that `order` has there, or none at [`NO_RAY`].
     ///
     /// # Errors
     /// When `order` does not have each ray once.
@@ -64,33 +67,35 @@ impl<'a> ReflectionTracer<'a> {
         self
     }
 
-    /// Whose ray is at a place of the frame.
+    /// Whose ray is at a place of the frame, if there is one.
     ///
     /// # Panics
     /// When there is no such place.
-    pub fn pixel(&self, place: u32) -> u32 {
-        self.ray(place).pixel
+    pub fn pixel(&self, place: u32) -> Option<u32> {
+        self.ray(place).map(|ray| ray.pixel)
     }
 
-    fn ray(&self, place: u32) -> &ReflectionRay {
-        &self.rays[self.order[place as usize] as usize]
+    fn ray(&self, place: u32) -> Option<&ReflectionRay> {
+        let ray = self.order[place as usize];
+        (ray != NO_RAY).then(|| &self.rays[ray as usize])
     }
 }
 
 fn check_order(order: &[u32], rays: usize) -> Result<(), Error> {
     let mut seen = vec![false; rays];
     let mut once = |&ray: &u32| seen.get_mut(ray as usize).is_some_and(|seen| !std::mem::replace(seen, true));
-    match order.iter().position(|ray| !once(ray)) {
+    match order.iter().position(|ray| *ray != NO_RAY && !once(ray)) {
         Some(place) => Err(Error::Options(format!(
             "the order of reflection rays has ray {} at place {place}, which is none of the {rays} rays or one that it had before; \
              give each ray one place",
             order[place]
         ))),
-        None if order.len() != rays => Err(Error::Options(format!(
-            "the order of reflection rays has {} of {rays} rays; give each ray one place",
-            order.len()
-        ))),
-        None => Ok(()),
+        None => match seen.iter().position(|seen| !seen) {
+            Some(ray) => Err(Error::Options(format!(
+                "the order of reflection rays lacks ray {ray} of {rays}; give each ray one place"
+            ))),
+            None => Ok(()),
+        },
     }
 }
 
@@ -110,7 +115,7 @@ impl TileSource for ReflectionTracer<'_> {
         let rect = self.header.frame.tile(index);
         for place in rect.x..rect.x + rect.width {
             let mut caster = Caster::new(&self.scene, &mut tile.ray_sets);
-            caster.cast_and_light(Some(self.ray(place).ray), &self.lights)?;
+            caster.cast_and_light(self.ray(place).map(|ray| ray.ray), &self.lights)?;
             self.stalls.fetch_add(caster.stalls(), Ordering::Relaxed);
         }
         Ok(())

@@ -49,6 +49,9 @@ pub(super) struct ScreenRay {
 }
 
 impl ScreenRay {
+    /// Parts shorter than this, in pixels, are not looked at: far more than rounding, and less than matters. (FidelityFX SSSR: 0.005.)
+    pub(super) const SHORTEST: f64 = 1.0 / 1024.0;
+
     /// The part of `ray`, from its origin, on a screen of this size and beyond the depth `near`; `None` where there is none, or nothing that
     /// would move on the screen.
     pub(super) fn new(projection: &Projection, ray: &Ray, size: [u32; 2], near: f32) -> Option<Self> {
