@@ -130,7 +130,7 @@ fn what_cannot_be_is_refused_with_its_reason() {
         ),
         (&["--technique", "reflections-direct", "--query-origin", "last-position"], "there is none"),
         (&["--technique", "reflections-hybrid", "--fidelity", "timed"], "several shaders"),
-        (&["--technique", "reflections-hybrid", "--fidelity", "sampled"], "in the order of pixels"),
+        (&["--technique", "reflections-hybrid", "--fidelity", "sampled"], "lists them anew"),
     ] {
         let message = refused(options);
         assert!(message.contains(expected), "{options:?}: {message}");
