@@ -97,7 +97,7 @@ mod tests {
     fn what_is_not_a_figure_or_a_value_is_refused() {
         for (figure, expected) in [
             ("cache.uche.line", "expected KEY=VALUE"),
-            ("cache.l9.line=1", "has no figure 'cache.l9.line'; it has: cache.tp_l1.banks"),
+            ("cache.l9.line=1", "has no figure 'cache.l9.line'; it has: atomics.barrier_clocks"),
             ("cache.uche=1", "has no figure 'cache.uche'"),
             ("identity.name=\"x\"", "has no figure"),
             ("clock.mhz=fast", "is not a value"),

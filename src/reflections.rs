@@ -17,6 +17,18 @@ const ASSIGNED_SHADERS: u32 = 32;
 /// Cells of the scene's box along each axis, whose triangles are given one shader.
 const CELLS: f32 = 8.0;
 
+/// What other frames leave out of a scene, and these do not.
+const MODELLED: [&str; 1] = ["several_materials"];
+
+/// What these frames leave out.
+fn omissions() -> [Omission; 2] {
+    [
+        ("the G-buffer", "it is in memory, from a pass before: depth, normal, roughness and colour"),
+        ("the pyramid of depths", "a renderer that has one for other effects makes it before"),
+    ]
+    .map(|(what, why)| Omission { what: what.to_owned(), why: why.to_owned() })
+}
+
 /// Reports of one frame on machines whose techniques have reflections.
 pub(crate) fn answers(
     frame: &Frame<'_>,
@@ -71,6 +83,8 @@ pub(crate) fn answers(
         });
         let (ReplayedReflections { replayed, mut header, maps }, coverage) = replayed?;
         header.remarks = frame.remarks(false);
+        header.remarks.left_out.retain(|entry| !MODELLED.contains(&entry.what.as_str()));
+        header.remarks.left_out.extend(omissions());
         header.remarks.notes.extend([coverage, materials_note.clone()]);
         if maps.as_ref().is_some_and(|maps| maps.lane_slots.is_none()) {
             header.remarks.left_out.push(Omission {

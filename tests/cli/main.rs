@@ -10,6 +10,7 @@ mod miss_trace;
 mod needs;
 mod outputs;
 mod ray_sets;
+mod reflections;
 mod render;
 mod results;
 mod samples;

@@ -1,4 +1,4 @@
-// A ray marched on the screen in equal steps (McGuire and Mara 2014, without the search that refines the hit).
+// A ray marched on the screen in equal steps (McGuire and Mara 2014). A texel of the search for the first hit of a stride would cost what a step does.
 precision highp float;
 precision highp int;
 
@@ -14,14 +14,23 @@ void main() {
     float count = max(abs(line.delta.x), abs(line.delta.y)) * line.end * perStride;
     vec3 pace = line.delta * (line.end / max(count, 1.0));
     vec3 position = line.start;
-    float hit = -1.0;
-    for (float step = 0.0; step < count; step += 1.0) {
+    float free = 0.0;
+    bool allFree = true;
+    bool hit = false;
+    for (float step = 1.0; step < count; step += 1.0) {
+        float before = position.z;
         position += pace;
-        float surface = depths[uint(position.y) * width + uint(position.x)];
-        if (position.z < surface && position.z > surface * thickness) {
-            hit = step;
-            break;
+        uint pixel = uint(position.y) * width + uint(position.x);
+        float surface = depths[pixel];
+        if (min(before, position.z) < surface) {
+            bool near = max(before, position.z) > surface * thickness;
+            if (!near || faces(pixel, direction.xyz)) {
+                hit = near;
+                break;
+            }
+            allFree = false;
         }
+        free = allFree ? step : free;
     }
-    rays[2u * index] = vec4(position, hit);
+    rays[2u * index] = vec4(position, hit ? 1.0 : -free);
 }

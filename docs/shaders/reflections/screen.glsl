@@ -9,6 +9,11 @@ layout(std430, binding = 4) readonly buffer Depths {
     float depths[];
 };
 
+// Normals, as colours.
+layout(std430, binding = 5) readonly buffer Normals {
+    vec4 normals[];
+};
+
 // From the world to pixels and depth, times w.
 uniform mat4 transform;
 uniform vec2 size;
@@ -23,6 +28,11 @@ struct Line {
     // Part of `delta` that is on the screen.
     float end;
 };
+
+// Whether the surface of a pixel faces a ray.
+bool faces(uint pixel, vec3 direction) {
+    return dot(normals[pixel].xyz * 2.0 - 1.0, direction) < 0.0;
+}
 
 // The line of a ray up to `reach`.
 Line screenLine(vec3 origin, vec3 direction, float reach) {

@@ -21,6 +21,8 @@ pub struct ReflectionCosts {
     pub hierarchical_setup: Cost,
     /// A step of it, which reads a texel of one level.
     pub hierarchical_step: Cost,
+    /// Of either march, at a pixel that the ray is behind: whether it meets the surface, whose normal it reads.
+    pub march_judge: Cost,
     /// [`Binning::Sign`](crate::ordering::Binning::Sign).
     pub bin_sign: Cost,
     /// [`Binning::Octahedral`](crate::ordering::Binning::Octahedral).
@@ -101,6 +103,7 @@ pub(super) struct ReflectionsFile {
     march_step: TaggedCostFile,
     hierarchical_setup: TaggedCostFile,
     hierarchical_step: TaggedCostFile,
+    march_judge: TaggedCostFile,
     bin_sign: TaggedCostFile,
     bin_octahedral: TaggedCostFile,
     bin_position: TaggedCostFile,
@@ -148,6 +151,7 @@ pub(super) fn reflections(file: &File<'_>, raw: &ReflectionsFile) -> Result<Refl
         march_step: cost("march_step", &raw.march_step)?,
         hierarchical_setup: cost("hierarchical_setup", &raw.hierarchical_setup)?,
         hierarchical_step: cost("hierarchical_step", &raw.hierarchical_step)?,
+        march_judge: cost("march_judge", &raw.march_judge)?,
         bin_sign: cost("bin_sign", &raw.bin_sign)?,
         bin_octahedral: cost("bin_octahedral", &raw.bin_octahedral)?,
         bin_position: cost("bin_position", &raw.bin_position)?,

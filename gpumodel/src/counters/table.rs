@@ -259,6 +259,22 @@ pub const COUNTERS: &[CounterInfo] = &[
         "",
     ),
     row(
+        "atomics",
+        "Atomics",
+        SHADERS,
+        "operations",
+        "atomic operations on counters in memory, those of a warp once where it joins them; of workgroups' memory none",
+        "",
+    ),
+    row(
+        "dispatches",
+        "Dispatches",
+        SHADERS,
+        "dispatches",
+        "compute dispatches that wait for the one before",
+        "",
+    ),
+    row(
         "alu_per_fragment",
         "ALU / Fragment",
         SHADERS,

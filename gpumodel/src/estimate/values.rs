@@ -69,6 +69,11 @@ impl PassValues<'_> {
             "efu_operations_issued" => Value::Count(issue.efu_issued),
             "memory_instructions" => Value::Count(issue.memory_instructions),
             "load_store_cycles" => Value::Count(issue.load_store_cycles),
+            "atomics" | "dispatches" if self.frame.config.technique.reflections.is_none() => {
+                Value::absent("no pass of this technique lists what another one takes")
+            }
+            "atomics" => Value::Count(issue.atomics),
+            "dispatches" => Value::Count(issue.dispatches),
             "alu_per_fragment" => Value::ratio(issue.alu_active as f64, fragments, NO_FRAGMENTS),
             "alu_issued_per_fragment" => Value::ratio(issue.alu_issued as f64, fragments, NO_FRAGMENTS),
             "efu_per_fragment" => Value::ratio(issue.efu_active as f64, fragments, NO_FRAGMENTS),

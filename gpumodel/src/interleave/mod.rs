@@ -407,7 +407,9 @@ impl Interleaver {
         if self.caches.delays.is_empty() {
             return;
         }
-        for Delay { place, cycles, memory } in self.caches.delays.drain(..) {
+        let mut delays = std::mem::take(&mut self.caches.delays);
+        let mut held_up = None;
+        for Delay { place, cycles, memory } in delays.drain(..) {
             let mut bank = 0.0;
             if memory {
                 self.from_memory += 1;
@@ -415,8 +417,14 @@ impl Interleaver {
                 bank = start + (end - start) * fraction(self.from_memory);
             }
             self.ready[place as usize] += (cycles + bank).max(0.0);
+            // Those of a core come one after the other.
+            let core = place as usize / self.slots;
+            if let Some(before) = held_up.replace(core).filter(|&before| before != core) {
+                self.plan(before);
+            }
         }
-        (0..self.cores).for_each(|core| self.plan(core));
+        held_up.into_iter().for_each(|core| self.plan(core));
+        self.caches.delays = delays;
     }
 }
 

@@ -7,7 +7,6 @@ use crate::config::{Gpu, Launch, Reflections as Technique};
 use crate::error::Error;
 use crate::ordering::{Binning, Compacted, Compaction, Counters, Workgroup, arrival_order};
 use crate::schedule::HELPER;
-use rayon::prelude::*;
 use std::num::NonZero;
 use tracer::reflections::{NO_RAY, ReflectionRay};
 
@@ -88,16 +87,12 @@ fn durations(
     let latency = gpu.latency_cycles(&gpu.paths.texture, 0);
     let instruction = f64::from(gpu.cores.warp_width) / gpu.cores.alu_lanes;
     let step = prices.march(technique.screen_space).map_or(0, |[_, step]| step.alu);
+    let texels = frame.reflections.texels();
     let of_texel = latency + f64::from(step) * instruction;
-    let texels = |pixel: u32| {
-        let mut texels = 0_u32;
-        frame.reflections.march(pixel, |_, _, _| texels += 1);
-        texels
-    };
     let of_warp = |pixels: &[u32]| {
         let inside = pixels.iter().copied().filter(|&pixel| pixel != HELPER);
-        let longest = inside.map(texels).max().unwrap_or(0);
+        let longest = inside.map(|pixel| texels[pixel as usize]).max().unwrap_or(0);
         (f64::from(1 + longest) * of_texel) as u64
     };
-    lanes.pixels.par_chunks(lanes.warp).map(of_warp).collect()
+    lanes.pixels.chunks(lanes.warp).map(of_warp).collect()
 }

@@ -75,28 +75,27 @@ impl MarchPass<'_> {
             program.spend(step, longest as u64, steps, emitter.issue(PASS));
         }
 
-        // Hits take their colour from the screen, and lanes without a ray that of an environment map.
+        // A hit is judged by its normal, and takes its colour from the screen.
         let hits = outcomes.iter().filter_map(|outcome| match *outcome {
-            Outcome::ScreenHit { x, y } => Some(lists.colour.address(x, y)),
+            Outcome::ScreenHit { x, y } => Some((x, y)),
             _ => None,
         });
         let hit_lanes = hits.clone().count() as u64;
         if hit_lanes > 0 {
-            emitter.access(program, PASS, texel, hits);
-            emitter.end_turn(program, PASS, true);
-            program.spend(prices.screen_colour(), 1, hit_lanes, emitter.issue(PASS));
+            for image in [lists.normal, lists.colour] {
+                emitter.access(program, PASS, texel, hits.clone().map(|(x, y)| image.address(x, y)));
+                emitter.end_turn(program, PASS, true);
+            }
+            program.spend(prices.screen_hit(), 1, hit_lanes, emitter.issue(PASS));
         }
-        let ends = |&(_, outcome): &(u32, Outcome)| outcome != Outcome::Query;
-        let done = inside().zip(outcomes.iter().copied()).filter(ends).map(|(pixel, _)| pixel);
-        if done.clone().count() > 0 {
-            let colour = (BufferKind::Image, true, PIXEL);
-            emitter.access(
-                program,
-                PASS,
-                colour,
-                done.map(|pixel| lists.output.address(at(pixel).0, at(pixel).1)),
-            );
+        // Lanes without a ray show what an environment map does.
+        let done = inside().zip(&outcomes).filter(|&(_, outcome)| *outcome != Outcome::Query);
+        let done = done.map(|(pixel, _)| lists.output.address(at(pixel).0, at(pixel).1));
+        let done_lanes = done.clone().count() as u64;
+        if done_lanes > 0 {
+            emitter.access(program, PASS, (BufferKind::Image, true, PIXEL), done);
             emitter.end_turn(program, PASS, false);
+            program.spend(prices.store_colour(), 1, done_lanes, emitter.issue(PASS));
         }
     }
 

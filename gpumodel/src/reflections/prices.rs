@@ -4,9 +4,6 @@ use super::lists::{HIT_BYTES, ID_BYTES, LOAD_BYTES, MATERIAL_BYTES, POSITION_BYT
 use crate::config::{Cost, ReflectionCosts, ScreenSpace, SecondaryCosts, ShaderCosts, SharedCosts};
 use crate::ordering::{AtomicStrategy, Binning};
 
-/// Texels of the G-buffer that a lane reads first: depth, normal, roughness.
-const SURFACE_TEXELS: u32 = 3;
-
 /// The cost table, as passes of reflections use it.
 #[derive(Clone, Copy)]
 pub(super) struct Prices<'a> {
@@ -28,9 +25,9 @@ impl<'a> Prices<'a> {
         sum
     }
 
-    /// Reading what a pixel shows.
+    /// What a pixel shows, from its depth and normal.
     pub(super) fn surface(&self) -> Cost {
-        self.with_loads(&[self.shared.unproject, self.shared.decode_normal], SURFACE_TEXELS)
+        self.with_loads(&[self.shared.unproject, self.shared.decode_normal], 0)
     }
 
     /// Making its reflection ray.
@@ -42,7 +39,7 @@ impl<'a> Prices<'a> {
     pub(super) fn march(&self, screen_space: ScreenSpace) -> Option<[Cost; 2]> {
         let ReflectionCosts { march_setup, march_step, hierarchical_setup, hierarchical_step, .. } =
             *self.costs;
-        let priced = |setup: Cost, step: Cost| Some([setup, self.with_loads(&[step], 1)]);
+        let priced = |setup: Cost, step: Cost| Some([setup, step]);
         match screen_space {
             ScreenSpace::None => None,
             ScreenSpace::Linear => priced(march_setup, march_step),
@@ -50,12 +47,12 @@ impl<'a> Prices<'a> {
         }
     }
 
-    /// Copying a colour: a load where it is on the screen, and a store.
-    pub(super) fn screen_colour(&self) -> Cost {
-        self.with_loads(&[], 2)
+    /// A hit's normal, which judges it, and its colour. Texels take no address arithmetic.
+    pub(super) fn screen_hit(&self) -> Cost {
+        self.costs.march_judge
     }
 
-    /// A colour that is known.
+    /// Writing a colour.
     pub(super) fn store_colour(&self) -> Cost {
         self.with_loads(&[], 1)
     }

@@ -127,7 +127,12 @@ impl RayPass<'_> {
                 }
                 Hits::Kept => {
                     let write = |emitter: &mut Emitter, address: fn(&Lists, u32) -> u64, bytes: u64| {
-                        self.records(emitter, true, bytes, places.iter().map(|&place| address(lists, place)));
+                        self.records(
+                            emitter,
+                            true,
+                            bytes,
+                            &places.iter().map(|&place| address(lists, place)),
+                        );
                     };
                     write(emitter, Lists::hit, HIT_BYTES);
                     write(emitter, Lists::id, ID_BYTES);
@@ -156,21 +161,21 @@ impl RayPass<'_> {
             }
             _ if places.is_empty() => {}
             From::List => {
-                self.records(emitter, false, RAY_BYTES, places.iter().map(|&place| lists.ray(place)));
+                self.records(emitter, false, RAY_BYTES, &places.iter().map(|&place| lists.ray(place)));
                 emitter.end_turn(program, *pass, true);
                 program.spend(prices.read_ray(), 1, lanes, emitter.issue(*pass));
             }
             From::Sorted(order) => {
                 let sorted = |place: &u32| lists.sorted(order[*place as usize][0]);
                 let of = |place: &u32| order[*place as usize][1];
-                self.records(emitter, false, ID_BYTES, places.iter().map(sorted));
+                self.records(emitter, false, ID_BYTES, &places.iter().map(sorted));
                 emitter.end_turn(program, *pass, true);
-                self.records(emitter, false, HIT_BYTES, places.iter().map(|place| lists.hit(of(place))));
+                self.records(emitter, false, HIT_BYTES, &places.iter().map(|place| lists.hit(of(place))));
                 self.records(
                     emitter,
                     false,
                     POSITION_BYTES,
-                    places.iter().map(|place| lists.position(of(place))),
+                    &places.iter().map(|place| lists.position(of(place))),
                 );
                 emitter.end_turn(program, *pass, true);
                 program.spend(prices.read_hit(), 1, lanes, emitter.issue(*pass));
@@ -190,7 +195,7 @@ impl RayPass<'_> {
         if of_hits.is_empty() {
             return;
         }
-        self.records(emitter, false, MATERIAL_BYTES, of_hits.iter().map(|&shader| lists.material(shader)));
+        self.records(emitter, false, MATERIAL_BYTES, &of_hits.iter().map(|&shader| lists.material(shader)));
         emitter.end_turn(program, *pass, true);
         let mut distinct = of_hits.clone();
         distinct.sort_unstable();
@@ -207,7 +212,7 @@ impl RayPass<'_> {
         emitter: &mut Emitter,
         write: bool,
         bytes: u64,
-        addresses: impl Iterator<Item = u64> + Clone,
+        addresses: &(impl Iterator<Item = u64> + Clone),
     ) {
         for offset in (0..bytes).step_by(LOAD_BYTES as usize) {
             let of_load = LOAD_BYTES.min(bytes - offset) as u32;

@@ -109,9 +109,10 @@ impl Emitter {
         let access = Access { kind, write, bytes, repeats: 1 };
         if kind != BufferKind::Attachment {
             let active = lines.clone().count() as u32;
-            return if active > 0 {
-                part.touch(access, lines, active)
-            };
+            if active > 0 {
+                part.touch(access, lines, active);
+            }
+            return;
         }
         let mut left = lines;
         loop {

@@ -67,41 +67,47 @@ pub struct Reflections<'a> {
     settings: ReflectionSettings<'a>,
     outcomes: Vec<Outcome>,
     rays: Vec<ReflectionRay>,
+    /// By pixel, texels that its march reads.
+    texels: Vec<u32>,
 }
 
 impl<'a> Reflections<'a> {
     /// Marches all rays, in parallel.
     pub fn new(gbuffer: &'a GBuffer<'a>, settings: ReflectionSettings<'a>) -> Self {
-        let mut reflections = Self { gbuffer, settings, outcomes: Vec::new(), rays: Vec::new() };
+        let mut reflections =
+            Self { gbuffer, settings, outcomes: Vec::new(), rays: Vec::new(), texels: Vec::new() };
         let pixels = gbuffer.pixels();
         let band = gbuffer.size()[0].max(1).saturating_mul(TILE_EDGE);
         let bands: Vec<_> = (0..pixels.div_ceil(band))
             .into_par_iter()
             .map(|index| reflections.band(index * band..pixels.min((index + 1).saturating_mul(band))))
             .collect();
-        for (outcomes, rays) in bands {
+        for Band { outcomes, rays, texels } in bands {
             reflections.outcomes.extend(outcomes);
             reflections.rays.extend(rays);
+            reflections.texels.extend(texels);
         }
         reflections
     }
 
-    fn band(&self, pixels: std::ops::Range<u32>) -> (Vec<Outcome>, Vec<ReflectionRay>) {
-        let mut rays = Vec::new();
-        let outcomes = pixels.map(|pixel| {
-            let (outcome, ray) = self.outcome_and_query(pixel);
-            rays.extend(ray.map(|ray| ReflectionRay { pixel, ray }));
-            outcome
-        });
-        (outcomes.collect(), rays)
+    fn band(&self, pixels: std::ops::Range<u32>) -> Band {
+        let mut band = Band::default();
+        for pixel in pixels {
+            let mut texels = 0;
+            let (outcome, ray) = self.outcome_and_query(pixel, &mut texels);
+            band.outcomes.push(outcome);
+            band.rays.extend(ray.map(|ray| ReflectionRay { pixel, ray }));
+            band.texels.push(texels);
+        }
+        band
     }
 
-    fn outcome_and_query(&self, pixel: u32) -> (Outcome, Option<Ray>) {
+    fn outcome_and_query(&self, pixel: u32, texels: &mut u32) -> (Outcome, Option<Ray>) {
         if self.gbuffer.triangle(pixel).is_none() {
             return (Outcome::Sky, None);
         }
         let Some(ray) = self.ray(pixel) else { return (Outcome::Fallback, None) };
-        match self.march(pixel, |_, _, _| {}) {
+        match self.march(pixel, |_, _, _| *texels += 1) {
             Some(MarchEnd::Hit { x, y }) => (Outcome::ScreenHit { x, y }, None),
             Some(MarchEnd::Miss { t }) if self.settings.origin == QueryOrigin::LastFree => {
                 (Outcome::Query, Some(Ray { t_min: t, ..ray }))
@@ -118,6 +124,11 @@ impl<'a> Reflections<'a> {
     /// What becomes of each pixel's ray, in rows: the coverage of the technique.
     pub fn outcomes(&self) -> &[Outcome] {
         &self.outcomes
+    }
+
+    /// How many texels of the depths each pixel's march reads, in rows.
+    pub fn texels(&self) -> &[u32] {
+        &self.texels
     }
 
     /// The rays to query, in the order of their pixels.
@@ -151,4 +162,12 @@ impl<'a> Reflections<'a> {
         let faces = |pixel| self.gbuffer.faces(pixel, &ray);
         Some(march.follow(on_screen.as_ref(), depth, faces, observer))
     }
+}
+
+/// Some rows of an image.
+#[derive(Default)]
+struct Band {
+    outcomes: Vec<Outcome>,
+    rays: Vec<ReflectionRay>,
+    texels: Vec<u32>,
 }
