@@ -3,7 +3,7 @@
 
 use crate::chart::{BLUE, SKY_BLUE, VERMILION, YELLOW};
 use crate::heat_map::{Unpaintable, rows_of_all};
-use crate::picture::{FAINT, INK, MARGIN, Panels, Rgb, Sheet, Zoom, legend, text_height};
+use crate::picture::{FAINT, INK, MARGIN, PanelGrid, Rgb, Sheet, Zoom, legend, text_height};
 use gpumodel::reflections::Coverage;
 
 /// Maps of one size in one picture.
@@ -100,15 +100,15 @@ fn sheet(maps: &CoverageMaps<'_>, zoom: Zoom, size: [u32; 2]) -> (Sheet, Vec<(i3
     let pixels = zoom.pixels(size);
     let alone = maps.panels.len() == 1;
     let below = |panel: &CoveragePanel<'_>| {
-        let label = Panels::lines(&panel.label, pixels[0], text, INK);
+        let label = PanelGrid::lines(&panel.label, pixels[0], text, INK);
         let shares = shares(panel.coverage);
         let shares: Vec<String> =
             ALL.iter().zip(&shares).map(|(&class, share)| format!("{} {share}", name(class))).collect();
         let shares =
-            if alone { Vec::new() } else { Panels::lines(&shares.join("; "), pixels[0], text, FAINT) };
+            if alone { Vec::new() } else { PanelGrid::lines(&shares.join("; "), pixels[0], text, FAINT) };
         [label, shares].concat()
     };
-    let panels = Panels { size: pixels, columns, text, below: maps.panels.iter().map(below).collect() };
+    let panels = PanelGrid { size: pixels, columns, text, below: maps.panels.iter().map(below).collect() };
     let mut sheet = Sheet::new((panels.width() + 2 * MARGIN).max(LEAST_WIDTH), text);
     sheet.heading(&maps.title, &maps.subtitle);
     let top = sheet.height + GAP;

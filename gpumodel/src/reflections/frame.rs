@@ -25,8 +25,8 @@ use tracer::reflections::{NO_RAY, ReflectionTracer};
 use tracer::{Frame, NOT_CAST, RayKind, RaySetId, TILE_RAYS, TileSource, TraceHeader};
 
 /// A frame of reflections on its way through a GPU.
-pub(super) struct Replay<'a> {
-    frame: &'a ReflectionFrame<'a>,
+pub(super) struct Replay<'a, 'f> {
+    frame: &'a ReflectionFrame<'f>,
     config: &'a ReplayConfig,
     technique: &'a Technique,
     prices: Prices<'a>,
@@ -47,9 +47,9 @@ struct Tracing<'a> {
     warps: u32,
 }
 
-impl<'a> Replay<'a> {
+impl<'a, 'f> Replay<'a, 'f> {
     pub(super) fn new(
-        frame: &'a ReflectionFrame<'a>,
+        frame: &'a ReflectionFrame<'f>,
         config: &'a ReplayConfig,
         technique: &'a Technique,
         (prices, atomics): (Prices<'a>, &'a Atomics),
@@ -130,7 +130,7 @@ impl<'a> Replay<'a> {
         shadows: Shadows,
         (known, shading): (Option<RayKind>, Option<Pass>),
         own_registers: u32,
-    ) -> Result<Tracing<'a>, Error> {
+    ) -> Result<Tracing<'f>, Error> {
         let Self { frame, config, .. } = self;
         let gpu = &config.gpu;
         let rays = (frame.list)(order, shadows)?;
@@ -231,7 +231,7 @@ impl<'a> Replay<'a> {
 
     fn ray_pass<'b>(
         &'b self,
-        tracing: &'b Tracing<'a>,
+        tracing: &'b Tracing<'f>,
         lists: &'b Lists,
         (from, hits): (From<'b>, Hits),
         pass: Pass,

@@ -14,6 +14,8 @@ mod march;
 mod prices;
 mod rays;
 mod sort;
+#[cfg(test)]
+mod tests;
 
 pub use self::maps::{Coverage, LaneSlots, ReflectionMaps};
 
@@ -64,9 +66,9 @@ pub struct ReplayedReflections {
 ///
 /// # Errors
 /// When the configuration's technique has no reflections or cannot run on its GPU, or a list of rays cannot be traced.
-pub fn replay_reflections<'a>(
-    frame: &'a ReflectionFrame<'a>,
-    config: &'a ReplayConfig,
+pub fn replay_reflections(
+    frame: &ReflectionFrame<'_>,
+    config: &ReplayConfig,
     maps: Maps,
 ) -> Result<ReplayedReflections, Error> {
     let Some(technique) = &config.technique.reflections else {

@@ -75,11 +75,13 @@ fn a_reduced_map_shows_what_most_pixels_are() {
     // Of each 2 x 2 pixels three are of one class.
     let side = 1024_usize;
     let coverage: Vec<Coverage> = (0..side * side)
-        .map(
-            |pixel| {
-                if pixel % 2 == 0 && pixel / side % 2 == 0 { Coverage::Screen } else { Coverage::QueryHit }
-            },
-        )
+        .map(|pixel| {
+            if pixel % 2 == 0 && (pixel / side).is_multiple_of(2) {
+                Coverage::Screen
+            } else {
+                Coverage::QueryHit
+            }
+        })
         .collect();
     let (_, _, found) = decoded(write_png(&maps(side as u32, &[&coverage, &coverage])).expect("a picture"));
     assert!(found[1] >= 2 * 512 * 512 && found[0] < 1000, "{found:?}");

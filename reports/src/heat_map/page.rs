@@ -3,7 +3,7 @@
 use super::scale::{Scale, mean_and_max, there};
 use super::{ScaleEnd, Unpaintable};
 use crate::picture::{
-    Canvas, ColourBar, FAINT, INK, MARGIN, Panels, Rgb, Sheet, UNPAINTED, Zoom, ramp, ticks,
+    Canvas, ColourBar, FAINT, INK, MARGIN, PanelGrid, Rgb, Sheet, UNPAINTED, Zoom, ramp, ticks,
 };
 use crate::units;
 
@@ -49,7 +49,7 @@ impl Page<'_> {
             self.labels.get(index).map_or(Vec::new(), |label| below(label, values, size[0], text))
         };
         let below = self.maps.iter().enumerate().map(lines).collect();
-        let panels = Panels { size, columns: self.columns, text, below };
+        let panels = PanelGrid { size, columns: self.columns, text, below };
         let height = panels.height();
         let bar = bar(self.unit, text, scale.end, height.clamp(LEAST_BAR, MOST_BAR.max(size[1])));
         let bar_left = MARGIN + panels.width() + MARGIN;
@@ -107,7 +107,7 @@ impl Page<'_> {
 
 /// What stands below a map: its label, mean and largest value.
 fn below(label: &str, values: &[u32], width: i32, height: i32) -> Vec<(String, Rgb)> {
-    let lines = |text: &str, colour| Panels::lines(text, width, height, colour);
+    let lines = |text: &str, colour| PanelGrid::lines(text, width, height, colour);
     [lines(label, INK), lines(&figures(values), FAINT)].concat()
 }
 

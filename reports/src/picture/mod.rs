@@ -14,7 +14,9 @@ pub(crate) mod ticks;
 
 pub(crate) use bar::ColourBar;
 pub(crate) use canvas::{Canvas, encode_png};
-pub(crate) use panels::{LEAST_SIDE, Panels, Zoom, text_height};
+#[cfg(test)]
+pub(crate) use panels::LEAST_SIDE;
+pub(crate) use panels::{PanelGrid, Zoom, text_height};
 pub(crate) use sheet::{Across, Down, Label, Sheet};
 
 /// Red, green, blue, 8 bits each, sRGB.

@@ -63,7 +63,7 @@ pub(crate) fn text_height(columns: usize) -> i32 {
 }
 
 /// Where maps of one size stand.
-pub(crate) struct Panels {
+pub(crate) struct PanelGrid {
     /// Of each map, in pixels.
     pub(crate) size: [i32; 2],
     pub(crate) columns: usize,
@@ -73,7 +73,7 @@ pub(crate) struct Panels {
     pub(crate) below: Vec<Vec<(String, Rgb)>>,
 }
 
-impl Panels {
+impl PanelGrid {
     /// Breaks a text into lines that are as wide as a map.
     pub(crate) fn lines(text: &str, width: i32, height: i32, colour: Rgb) -> Vec<(String, Rgb)> {
         lettering::wrap(text, width, height).into_iter().map(|line| (line, colour)).collect()
