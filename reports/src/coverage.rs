@@ -36,7 +36,6 @@ const ALL: [Coverage; 5] =
 const LEAST_WIDTH: i32 = 560;
 /// Space above and below the maps.
 const GAP: i32 = 12;
-const SWATCH: i32 = 14;
 
 fn name(coverage: Coverage) -> &'static str {
     match coverage {
@@ -122,9 +121,10 @@ fn sheet(maps: &CoverageMaps<'_>, zoom: Zoom, size: [u32; 2]) -> (Sheet, Vec<(i3
             .collect(),
         _ => ALL.map(|class| name(class).to_owned()).into(),
     };
-    legend::paint(&mut sheet, names.iter().map(String::as_str), SWATCH, |sheet, (x, y), class| {
-        sheet.fill((x, y - SWATCH / 2), (SWATCH, SWATCH), colour(ALL[class]));
-        sheet.frame((x, y - SWATCH / 2), (SWATCH, SWATCH), INK);
+    // A swatch is as high as the text.
+    legend::paint(&mut sheet, names.iter().map(String::as_str), text, |sheet, (x, y), class| {
+        sheet.fill((x, y - text / 2), (text, text), colour(ALL[class]));
+        sheet.frame((x, y - text / 2), (text, text), INK);
     });
     if zoom.reduce > 1 {
         let side = zoom.reduce;

@@ -68,7 +68,7 @@ pub(crate) fn of_answer(answer: &Answer) -> anyhow::Result<Vec<(String, Vec<u8>)
     let frame = format!("{scene}{size}, {accel} {traversal}, {technique}");
     let mut files = Vec::new();
     if let (Some(maps), Some(width)) = (&replayed.maps, *width) {
-        let queries = if reflections.is_some() { "; ray queries alone" } else { "" };
+        let queries = if reflections.is_some() { ", ray queries alone" } else { "" };
         for kind in &MAPS {
             let map = HeatMap {
                 title: kind.title.to_owned(),

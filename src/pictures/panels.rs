@@ -34,6 +34,7 @@ pub(crate) fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> 
             continue;
         }
         let page = Page { scene, conditions: conditions(&of_scene) };
+        let queries_alone = of_scene.iter().all(|mapped| mapped.reflections.is_some());
         let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
         let mut add = |stem: &str, picture: Option<Vec<u8>>| {
             files.extend(picture.map(|picture| (format!("{stem}{number}.png"), picture)));
@@ -44,7 +45,8 @@ pub(crate) fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> 
                 Some((mapped.label.clone(), map.width, map.values.clone()))
             };
             let end = ScaleEnd::Percentile(HEAT_MAP_PERCENTILE);
-            add(kind.file, page.heat(kind.title, kind.unit, end, of_scene.iter().filter_map(of_frame))?);
+            let title = format!("{}{}", kind.title, if queries_alone { ", ray queries alone" } else { "" });
+            add(kind.file, page.heat(&title, kind.unit, end, of_scene.iter().filter_map(of_frame))?);
         }
         let divergence = of_scene.iter().filter_map(|mapped| {
             let maps = mapped.reflections.as_ref()?;

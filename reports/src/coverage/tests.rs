@@ -33,7 +33,7 @@ fn every_class_has_its_colour_and_its_pixels() {
     assert_eq!(counts.iter().sum::<usize>(), coverage.len());
     for ((found, expected), class) in found.into_iter().zip(counts).zip(ALL) {
         // The swatch of the legend is beside them, and the edges of letters are grey.
-        let expected = expected * 32 * 32 + (SWATCH as usize - 2).pow(2);
+        let expected = expected * 32 * 32 + (text_height(1) as usize - 2).pow(2);
         assert!(found == expected || class == Coverage::NoSurface && found > expected, "{class:?}");
     }
 }
