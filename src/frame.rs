@@ -98,6 +98,7 @@ impl<'a> Frame<'a> {
         let tracer =
             FrameTracer::new(&self.structure, &self.settings.build, triangles, identity, rays, lights)
                 .with_secondary(secondary)
+                .with_shadow_query(self.settings.shadow_query)
                 .with_remarks(remarks)
                 .with_forced(self.settings.features.forced(&self.needs));
         if self.has(Feature::Normals) { tracer } else { tracer.without_normals() }

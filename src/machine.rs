@@ -122,7 +122,7 @@ fn set_ray_unit(gpu: &mut Gpu, choice: Option<&str>) -> anyhow::Result<()> {
 }
 
 /// The value of an option with a closed set of names.
-fn choice<T>(
+pub(crate) fn choice<T>(
     option: &str,
     name: &Option<String>,
     from_name: impl Fn(&str) -> Option<T>,

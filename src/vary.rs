@@ -1,10 +1,12 @@
 //! What varies between the frames of a comparison: axes, their values, and the options that each value stands for.
 
 use crate::args::{FrameArgs, MachineArgs};
+use crate::ray_sets;
 use anyhow::{anyhow, bail};
 use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, RayScheduling, TECHNIQUES};
+use scenes::Feature;
 use tracer::wide::NodeFormat;
-use tracer::{Accel, Traversal};
+use tracer::{Accel, Query, Traversal};
 
 /// Costs Ct and Ci of Sousa et al. 2019: the chosen ones, and around them the three that their charts compare them with.
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
@@ -20,6 +22,10 @@ pub(crate) enum Axis {
     CtCi,
     ShortStack,
     NodeFormat,
+    RaySets,
+    Force,
+    Spp,
+    ShadowQuery,
     Gpu,
     Technique,
     Layout,
@@ -48,11 +54,15 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 11] = [
+    const NAMED: [Self; 15] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
         Self::NodeFormat,
+        Self::RaySets,
+        Self::Force,
+        Self::Spp,
+        Self::ShadowQuery,
         Self::Gpu,
         Self::Technique,
         Self::Layout,
@@ -69,6 +79,10 @@ impl Axis {
             Self::CtCi => "ct-ci",
             Self::ShortStack => "short-stack",
             Self::NodeFormat => "node-format",
+            Self::RaySets => "ray-sets",
+            Self::Force => "force",
+            Self::Spp => "spp",
+            Self::ShadowQuery => "shadow-query",
             Self::Gpu => "gpu",
             Self::Technique => "technique",
             Self::Layout => "layout",
@@ -88,6 +102,10 @@ impl Axis {
             Self::CtCi => owned(&COSTS),
             Self::ShortStack => owned(&["0", "1", "2", "4"]),
             Self::NodeFormat => owned(&NodeFormat::ALL.map(NodeFormat::name)),
+            Self::RaySets => owned(&ray_sets::names()),
+            Self::Force => owned(&Feature::ALL.map(Feature::name)),
+            Self::Spp => owned(&["1", "2", "4"]),
+            Self::ShadowQuery => owned(&Query::ALL.map(Query::name)),
             Self::Gpu => GPUS.iter().map(|gpu| gpu.name.to_owned()).collect(),
             Self::Technique => TECHNIQUES.iter().map(|technique| technique.name.to_owned()).collect(),
             Self::Layout => owned(&PrimitiveLayout::ALL.map(PrimitiveLayout::name)),
@@ -132,6 +150,15 @@ impl Axis {
                 })?);
             }
             Self::NodeFormat => frame.node_format = given,
+            Self::RaySets => frame.ray_sets = several("ray-sets", value, &ray_sets::names())?,
+            Self::Force => frame.force = several("force", value, &Feature::ALL.map(Feature::name))?,
+            Self::Spp => {
+                let samples = value.parse();
+                frame.spp = Some(samples.map_err(|_| {
+                    anyhow!("--vary spp={value}: expected a number of rays per pixel, such as 2")
+                })?);
+            }
+            Self::ShadowQuery => frame.shadow_query = given,
             Self::Gpu => machine.gpu = given,
             Self::Technique => machine.technique = given,
             Self::Layout => machine.layout = given,
@@ -143,6 +170,15 @@ impl Axis {
         }
         Ok(())
     }
+}
+
+/// Names that a value joins by colons.
+fn several(axis: &str, value: &str, known: &[&str]) -> anyhow::Result<Vec<String>> {
+    let names: Vec<String> = value.split(':').map(str::to_owned).collect();
+    if names.iter().all(|name| known.contains(&name.as_str())) {
+        return Ok(names);
+    }
+    bail!("--vary {axis}={value}: expected one of {}, or several joined by colons", known.join(", "))
 }
 
 /// `bvh-stack` and the like.

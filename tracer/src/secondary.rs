@@ -113,7 +113,7 @@ impl SecondaryRays {
                 for (light, &middle) in lights.iter().enumerate() {
                     let point = points(RayKind::SoftShadow, light).point(sample);
                     let ray = from.shadow_ray(point_of_sphere(middle, *radius, from.origin, point));
-                    caster.cast(Some(ray), Query::Any)?;
+                    caster.cast(Some(ray), scene.shadow_query)?;
                 }
             }
         }
@@ -154,6 +154,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) structure: &'a AccelerationStructure,
     pub(crate) triangles: &'a [Triangle],
     pub(crate) offset: RayOffset,
+    /// Of rays to lights.
+    pub(crate) shadow_query: Query,
 }
 
 impl Scene<'_> {
@@ -197,7 +199,7 @@ impl Caster<'_, '_> {
             hit.is_hit().then(|| direction.map(|direction| self.scene.departure(&hit, direction))).flatten();
         for &light in lights {
             match &next {
-                Some(next) => self.cast(Some(next.shadow_ray(light)), Query::Any).map(drop)?,
+                Some(next) => self.cast(Some(next.shadow_ray(light)), self.scene.shadow_query).map(drop)?,
                 None => self.sets.next().expect("every set is cast once").skip_ray(),
             }
         }
@@ -274,7 +276,7 @@ mod tests {
             AccelerationStructure::build(&triangles, Traversal::BvhStack, &BuildOptions::default())
                 .expect("it builds");
         let offset = RayOffset::new(&triangles);
-        let scene = Scene { structure: &structure, triangles: &triangles, offset };
+        let scene = Scene { structure: &structure, triangles: &triangles, offset, shadow_query: Query::Any };
         let view = View::new(&cornell.camera, 20, 20);
         let (mut hits, mut misses) = (0, 0);
         for pixel in 0..400_u32 {
