@@ -283,7 +283,8 @@ pub(crate) struct HardwareArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct ClaimsArgs {
-    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU.
+    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU; C is Calvo Lista 2026, ray tracing and reflections on
+    /// Mali GPUs.
     #[arg(long, value_name = "LETTER")]
     pub(crate) paper: String,
     /// Folder with the paper's scenes; built-in ones stand in for those that are not there.
@@ -295,7 +296,7 @@ pub(crate) struct ClaimsArgs {
     /// What to print.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
-    /// Also write the verdicts, and the counterparts of the paper's charts and heat maps, into this folder.
+    /// Also write the verdicts, and for A the counterparts of its charts and heat maps, into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]

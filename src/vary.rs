@@ -72,6 +72,20 @@ impl Axis {
         Self::RayUnit,
     ];
 
+    /// The axis of that name, or of that figure of the GPU.
+    pub(crate) fn named(name: &str) -> anyhow::Result<Self> {
+        if let Some(axis) = Self::NAMED.into_iter().find(|axis| axis.name() == name) {
+            return Ok(axis);
+        }
+        if name.contains('.') {
+            return Ok(Self::Figure(name.to_owned()));
+        }
+        bail!(
+            "--vary {name}: no such axis; use: {}, or a figure of the GPU such as cache.uche.size=65536+131072",
+            Self::NAMED.map(|axis| axis.name().to_owned()).join(", ")
+        )
+    }
+
     /// Its name on the command line.
     pub(crate) fn name(&self) -> &str {
         match self {
@@ -120,7 +134,12 @@ impl Axis {
     }
 
     /// Puts one of its values into the options.
-    fn apply(&self, value: &str, frame: &mut FrameArgs, machine: &mut MachineArgs) -> anyhow::Result<()> {
+    pub(crate) fn apply(
+        &self,
+        value: &str,
+        frame: &mut FrameArgs,
+        machine: &mut MachineArgs,
+    ) -> anyhow::Result<()> {
         let given = Some(value.to_owned());
         match self {
             Self::Traversal => {
@@ -190,18 +209,7 @@ impl Variation {
     /// Reads `AXIS` or `AXIS=VALUE+VALUE`.
     pub(crate) fn parse(text: &str) -> anyhow::Result<Self> {
         let (name, values) = text.split_once('=').map_or((text, None), |(name, values)| (name, Some(values)));
-        let named = Axis::NAMED.into_iter().find(|axis| axis.name() == name);
-        let axis = match named {
-            Some(axis) => axis,
-            None if name.contains('.') => Axis::Figure(name.to_owned()),
-            None => {
-                let names: Vec<String> = Axis::NAMED.iter().map(|axis| axis.name().to_owned()).collect();
-                bail!(
-                    "--vary {name}: no such axis; use: {}, or a figure of the GPU such as cache.uche.size=65536+131072",
-                    names.join(", ")
-                );
-            }
-        };
+        let axis = Axis::named(name)?;
         let values = match values {
             None => axis.all()?,
             Some("fine") if axis == Axis::CtCi => FINE_COSTS
