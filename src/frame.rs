@@ -8,9 +8,10 @@ use crate::secondary;
 use crate::settings::FrameSettings;
 use anyhow::bail;
 use scenes::{Feature, Light, Needs, RaySelection, Scene, Triangle};
+use tracer::reflections::{ReflectionRay, ReflectionTracer};
 use tracer::{
-    AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, SceneIdentity, SceneRemarks,
-    SecondaryRays, TriangleTest, View,
+    AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, ReflectionRays, SceneIdentity,
+    SceneRemarks, SecondaryRays, TriangleTest, View,
 };
 
 /// What a report says of hits that are not those of the default test.
@@ -104,6 +105,51 @@ impl<'a> Frame<'a> {
         if self.has(Feature::Normals) { tracer } else { tracer.without_normals() }
     }
 
+    /// The scene.
+    pub(crate) fn scene(&self) -> &Scene {
+        &self.scene.scene
+    }
+
+    /// Pixels per row, and rows.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        [self.settings.size.width, self.settings.size.height]
+    }
+
+    /// The reflection rays of each triangle, where any has one.
+    pub(crate) fn reflecting(&self) -> Option<Vec<ReflectionRays>> {
+        let reflections = self.secondary().reflections?;
+        let reflects = reflections.iter().any(|rays| *rays != ReflectionRays::None);
+        reflects.then_some(reflections)
+    }
+
+    /// Start of the random sequence of glossy rays.
+    pub(crate) fn reflection_seed(&self) -> u32 {
+        self.rays.seed
+    }
+
+    /// Where shadow rays go from what reflection rays hit.
+    pub(crate) fn hit_lights(&self) -> Vec<scenes::Vec3> {
+        self.secondary().lights
+    }
+
+    /// A tracer of reflection rays in an order.
+    ///
+    /// # Errors
+    /// When the order does not have each ray once.
+    pub(crate) fn reflection_tracer<'b>(
+        &'b self,
+        rays: &'b [ReflectionRay],
+        order: Vec<u32>,
+        lights: Vec<scenes::Vec3>,
+    ) -> Result<ReflectionTracer<'b>, tracer::Error> {
+        let LoadedScene { scene, triangles, .. } = self.scene;
+        let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
+        let build = &self.settings.build;
+        let tracer = ReflectionTracer::new(&self.structure, build, triangles, identity, rays, order, lights)?
+            .with_shadow_query(self.settings.shadow_query);
+        Ok(if self.has(Feature::Normals) { tracer } else { tracer.without_normals() })
+    }
+
     /// The camera, for this size of image.
     pub(crate) fn view(&self) -> View {
         let size = self.settings.size;
@@ -152,7 +198,7 @@ impl<'a> Frame<'a> {
     }
 
     /// What a report should say of the scene, whose camera's rays are traced or a list of rays.
-    fn remarks(&self, of_list: bool) -> SceneRemarks {
+    pub(crate) fn remarks(&self, of_list: bool) -> SceneRemarks {
         let scene = &self.scene.scene;
         let asked = with_forced(self.rays, self.settings.features);
         let mut left_out: Vec<Omission> =

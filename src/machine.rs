@@ -1,12 +1,13 @@
 //! The machine as it was asked for, checked: the GPU, the shader's costs, the technique, the layouts, and their hashes.
 
-use crate::args::{MachineArgs, SAMPLED};
+use crate::args::{MachineArgs, ReflectionArgs, SAMPLED};
 use crate::figures::with_figures;
 use crate::output::read_text;
 use anyhow::{anyhow, bail};
+use gpumodel::ordering::{AtomicStrategy, Binning};
 use gpumodel::{
-    Fidelity, GPUS, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, RayScheduling,
-    ReplayConfig, ShaderCosts, TECHNIQUES, Technique,
+    Fidelity, GPUS, Gpu, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder,
+    QueryOrigin, RayScheduling, ReplayConfig, ScreenSpace, ShaderCosts, TECHNIQUES, Technique,
 };
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
@@ -51,10 +52,12 @@ impl Machine {
             ray_unit,
             fidelity,
             costs,
+            reflections,
         } = args;
         let (mut gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
         set_ray_unit(&mut gpu, ray_unit.as_deref())?;
-        let technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
+        let mut technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
+        set_reflections(&mut technique, reflections)?;
         let primitive_layout = choice(
             "--layout",
             layout,
@@ -118,6 +121,46 @@ fn set_ray_unit(gpu: &mut Gpu, choice: Option<&str>) -> anyhow::Result<()> {
             unit.scheduling = scheduling;
         }
     }
+    Ok(())
+}
+
+/// Changes parts of a technique's reflections; its name tells which.
+fn set_reflections(technique: &mut Technique, args: &ReflectionArgs) -> anyhow::Result<()> {
+    let given = args.given();
+    let Some((option, value)) = given.first() else { return Ok(()) };
+    let name = technique.name.clone();
+    let Some(reflections) = &mut technique.reflections else {
+        bail!(
+            "--{option} {value}: technique {name} has no [reflections]; use one of reflections-*, or leave it out"
+        );
+    };
+    let ReflectionArgs { screen_space, launch, binning, query_origin, hit_shading, atomics } = args;
+    let names = |names: &[&'static str]| names.join(", ");
+    macro_rules! set {
+        ($field:ident, $option:literal, $kind:ty) => {
+            if let Some(value) = $field {
+                let Some(choice) = <$kind>::from_name(value) else {
+                    let all = names(&<$kind>::ALL.map(<$kind>::name));
+                    bail!("--{} {value}: no such choice; use one of: {all}", $option);
+                };
+                reflections.$field = choice;
+            }
+        };
+    }
+    set!(screen_space, "screen-space", ScreenSpace);
+    set!(launch, "launch", Launch);
+    set!(query_origin, "query-origin", QueryOrigin);
+    set!(hit_shading, "hit-shading", HitShading);
+    set!(atomics, "atomics", AtomicStrategy);
+    if let Some(value) = binning {
+        reflections.binning =
+            Binning::from_name(value).map_err(|error| anyhow!("--binning {value}: {error}"))?;
+    }
+    if let Err(problem) = reflections.check() {
+        bail!("technique {name} with these options {problem}; change one of the two");
+    }
+    let changes: Vec<String> = given.iter().map(|(option, value)| format!("{option} {value}")).collect();
+    technique.name = format!("{name} with {}", changes.join(", "));
     Ok(())
 }
 

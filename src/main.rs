@@ -11,6 +11,7 @@ mod meter;
 mod output;
 mod progress;
 mod ray_sets;
+mod reflections;
 mod report;
 mod sample;
 mod secondary;

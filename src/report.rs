@@ -5,12 +5,13 @@ use crate::machine::Machine;
 use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
 use crate::progress::Progress;
+use crate::reflections;
 use crate::sample::Plan;
 use gpumodel::{Attempt, HeatMaps, Maps, PrimitiveOrder, Replayed, Sampled, Sampler};
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, TraceHeader};
+use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
 
 /// Pixels above this percentile share the heat map's last colour.
 pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
@@ -53,22 +54,57 @@ pub(crate) fn answers<S: TileSource>(
 ) -> anyhow::Result<Vec<Answer>> {
     let header = source.header();
     let configs: Vec<_> = machines.iter().map(|machine| machine.config.clone()).collect();
-    let profilers = Profiler::all()?;
     let progress = Progress::tiles("tracing and replaying", u64::from(header.frame.tiles()));
     let (replayed, replay_s) =
         timed(|| gpumodel::replay_all(source, &configs, maps, &|done, _| progress.set(done)));
     drop(progress);
-    let of_machine = |(machine, replayed): (&Machine, Replayed)| -> anyhow::Result<Answer> {
-        let estimate = gpumodel::estimate(&replayed, header, source.topology(), &machine.config)?;
-        let fidelity = match machine.config.fidelity {
-            gpumodel::Fidelity::Replay => Fidelity::Replay,
-            gpumodel::Fidelity::Timed => Fidelity::Timed,
-        };
-        let run = ran(fidelity, 1.0, before, replay_s, meter);
-        let report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
-        Ok(Answer { report: with_vendor(report, machine, &profilers), replayed })
+    let of_machine = |(machine, replayed): (&Machine, Replayed)| {
+        of_frame(header, source.topology(), machine, replayed, (before, replay_s), meter)
     };
     machines.iter().zip(replayed?).map(of_machine).collect()
+}
+
+/// The report of a frame that was replayed as a whole, in so many seconds.
+pub(crate) fn of_frame(
+    header: &TraceHeader,
+    topology: &Topology,
+    machine: &Machine,
+    replayed: Replayed,
+    (before, replay_s): (&Before, f64),
+    meter: &Meter,
+) -> anyhow::Result<Answer> {
+    let estimate = gpumodel::estimate(&replayed, header, topology, &machine.config)?;
+    let fidelity = match machine.config.fidelity {
+        gpumodel::Fidelity::Replay => Fidelity::Replay,
+        gpumodel::Fidelity::Timed => Fidelity::Timed,
+    };
+    let run = ran(fidelity, 1.0, before, replay_s, meter);
+    let report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
+    Ok(Answer { report: with_vendor(report, machine, &Profiler::all()?), replayed })
+}
+
+/// Replays a scene's frame on every machine, those together that trace the same rays in the same order.
+pub(crate) fn frame_answers(
+    frame: &crate::frame::Frame<'_>,
+    machines: &[Machine],
+    maps: Maps,
+    before: &Before,
+    meter: &Meter,
+) -> anyhow::Result<Vec<Answer>> {
+    let (lists, images): (Vec<_>, Vec<_>) =
+        (0..machines.len()).partition(|&index| machines[index].config.technique.reflections.is_some());
+    let mut all: Vec<(usize, Answer)> = Vec::new();
+    if !images.is_empty() {
+        let of_images: Vec<Machine> = images.iter().map(|&index| machines[index].clone()).collect();
+        let answers = answers(&frame.tracer_for(&of_images), &of_images, maps, before, meter)?;
+        all.extend(images.into_iter().zip(answers));
+    }
+    if !lists.is_empty() {
+        let of_lists: Vec<&Machine> = lists.iter().map(|&index| &machines[index]).collect();
+        all.extend(lists.into_iter().zip(reflections::answers(frame, &of_lists, before, meter)?));
+    }
+    all.sort_by_key(|&(index, _)| index);
+    Ok(all.into_iter().map(|(_, answer)| answer).collect())
 }
 
 /// Samples the tiles and reports what they stand for; replays all of them where a sample is of no use.

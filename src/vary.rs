@@ -3,7 +3,11 @@
 use crate::args::{FrameArgs, MachineArgs};
 use crate::ray_sets;
 use anyhow::{anyhow, bail};
-use gpumodel::{GPUS, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, RayScheduling, TECHNIQUES};
+use gpumodel::ordering::AtomicStrategy;
+use gpumodel::{
+    GPUS, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, QueryOrigin,
+    RayScheduling, ScreenSpace, TECHNIQUES,
+};
 use scenes::Feature;
 use tracer::wide::NodeFormat;
 use tracer::{Accel, Query, Traversal};
@@ -12,6 +16,8 @@ use tracer::{Accel, Query, Traversal};
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
 /// Both axes of the fine grid of costs.
 const FINE_COSTS: [&str; 6] = ["0.5", "1", "1.5", "2", "3", "4"];
+/// Bins that are compared unless told otherwise.
+const BINNINGS: [&str; 5] = ["none", "sign", "octahedral-4x4", "position-2", "position-sign-1"];
 /// Most variants of one comparison.
 const MOST_VARIANTS: usize = 1000;
 
@@ -33,6 +39,12 @@ pub(crate) enum Axis {
     NodeRecords,
     NodeOrder,
     RayUnit,
+    ScreenSpace,
+    Launch,
+    Binning,
+    QueryOrigin,
+    HitShading,
+    Atomics,
     /// A figure of the GPU's description, by its dotted key.
     Figure(String),
 }
@@ -54,7 +66,7 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 15] = [
+    const NAMED: [Self; 21] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
@@ -70,6 +82,12 @@ impl Axis {
         Self::NodeRecords,
         Self::NodeOrder,
         Self::RayUnit,
+        Self::ScreenSpace,
+        Self::Launch,
+        Self::Binning,
+        Self::QueryOrigin,
+        Self::HitShading,
+        Self::Atomics,
     ];
 
     /// The axis of that name, or of that figure of the GPU.
@@ -104,6 +122,12 @@ impl Axis {
             Self::NodeRecords => "node-records",
             Self::NodeOrder => "node-order",
             Self::RayUnit => "ray-unit",
+            Self::ScreenSpace => "screen-space",
+            Self::Launch => "launch",
+            Self::Binning => "binning",
+            Self::QueryOrigin => "query-origin",
+            Self::HitShading => "hit-shading",
+            Self::Atomics => "atomics",
             Self::Figure(key) => key,
         }
     }
@@ -127,6 +151,12 @@ impl Axis {
             Self::NodeRecords => owned(&NodeRecords::ALL.map(NodeRecords::name)),
             Self::NodeOrder => owned(&NodeOrder::ALL.map(NodeOrder::name)),
             Self::RayUnit => owned(&["none", "warp", "ray"]),
+            Self::ScreenSpace => owned(&ScreenSpace::ALL.map(ScreenSpace::name)),
+            Self::Launch => owned(&Launch::ALL.map(Launch::name)),
+            Self::Binning => owned(&BINNINGS),
+            Self::QueryOrigin => owned(&QueryOrigin::ALL.map(QueryOrigin::name)),
+            Self::HitShading => owned(&HitShading::ALL.map(HitShading::name)),
+            Self::Atomics => owned(&AtomicStrategy::ALL.map(AtomicStrategy::name)),
             Self::Figure(key) => {
                 bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128")
             }
@@ -185,6 +215,12 @@ impl Axis {
             Self::NodeRecords => machine.node_records = given,
             Self::NodeOrder => machine.node_order = given,
             Self::RayUnit => machine.ray_unit = given,
+            Self::ScreenSpace => machine.reflections.screen_space = given,
+            Self::Launch => machine.reflections.launch = given,
+            Self::Binning => machine.reflections.binning = given,
+            Self::QueryOrigin => machine.reflections.query_origin = given,
+            Self::HitShading => machine.reflections.hit_shading = given,
+            Self::Atomics => machine.reflections.atomics = given,
             Self::Figure(key) => machine.set.push(format!("{key}={value}")),
         }
         Ok(())

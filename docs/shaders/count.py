@@ -2,7 +2,7 @@
 """Counts the instructions of the shaders beside this file; README.md says by which rules.
 
 count.py                    prints the table of README.md from disassembly/
-count.py show COMPILER NAME compiles kernel.comp for a traversal, frame.frag ("NAME.frag") or a piece, and prints its disassembly
+count.py show COMPILER NAME compiles kernel.comp for a traversal, frame.frag ("NAME.frag"), a piece or a pass of reflections, and prints its disassembly
 count.py check COMPILER     compiles everything again and compares with disassembly/
 """
 
@@ -38,9 +38,13 @@ TRAVERSALS = {
     "wide-adreno-8": BVH | STACK | {"node": 4},
 }
 STEPS = ["setup", "start", "loop", "node", "leaf", "up", "restart", "push", "pop", "primitive"]
-FLOW = {"br", "jump", "end"}
+# Passes of reflections. Their instructions are not tagged where only their registers are counted.
+PASSES = sorted(path.stem for path in (HERE / "reflections").glob("*.comp"))
+# Instructions of a pass that belong to no step: made-up inputs and outputs, addresses, barriers.
+APART = {"io", "address", "barrier"}
+FLOW = {"br", "jump", "end", "bar", "fence"}
 EFU = {"rcp", "rsq"}
-MEMORY = {"ldgb", "stgb", "ldp", "stp", "ldlv"}
+MEMORY = {"ldgb", "stgb", "ldp", "stp", "ldl", "stl", "ldlv", "atomic"}
 
 
 def kind(instruction):
@@ -99,8 +103,12 @@ def table():
         counter = count(read(piece.stem)[1])[piece.stem]
         loads = sum("ldgb" in code for _, code in read(piece.stem)[1])
         row("pieces", piece.stem, counter, loads)
-    print("\n| traversal | registers |\n|---|---|")
-    for name in TRAVERSALS:
+    for name in PASSES:
+        for step, counter in count(read(name)[1]).items():
+            if step not in APART:
+                row(name, step, counter, 0)
+    print("\n| traversal or pass | registers |\n|---|---|")
+    for name in [*TRAVERSALS, *PASSES]:
         found = re.search(r"needs (\d+) registers", read(name)[0])
         if found:
             print(f"| {name} | {found[1]} |")
@@ -117,10 +125,12 @@ def expand(path, values):
 
 
 def compiled(compiler, name):
-    """The compiler's output for a kernel, a frame ("NAME.frag") or a piece."""
+    """The compiler's output for a kernel, a frame ("NAME.frag"), a piece or a pass."""
     pieces = {piece.stem: piece for piece in (HERE / "pieces").iterdir()}
     traversal = name.removesuffix(".frag")
     path = pieces.get(name) or HERE / ("frame.frag" if name.endswith(".frag") else "kernel.comp")
+    if name in PASSES:
+        path = HERE / "reflections" / f"{name}.comp"
     values = {"TRAVERSAL": traversal.removesuffix("-short") + ".glsl"}
     entries = 4 if traversal.endswith("-short") else 0
     source = ["#version 310 es", f"#define SHORT_STACK {entries}", *expand(path, values)]
@@ -135,7 +145,8 @@ def compiled(compiler, name):
 def disassembly(output):
     lines = output[output.index("NIR compiler") :].splitlines()[1:]
     code = [line for line in lines if not line.startswith((";", "@"))]
-    return code[: code.index("end") + 1]
+    end = next(place for place, line in enumerate(code) if re.fullmatch(r"(\(\w+\))*end", line))
+    return code[: end + 1]
 
 
 def registers(output):
@@ -151,6 +162,12 @@ def check(compiler):
         needed = re.search(r"needs (\d+) registers", header)
         if needed and registers(compiled(compiler, name + ".frag")) != needed[1]:
             differing.append(name + ".frag")
+    for name in PASSES:
+        header, rows = read(name)
+        output = compiled(compiler, name)
+        same = not rows or disassembly(output) == [code for _, code in rows]
+        if not same or f"needs {registers(output)} registers" not in header:
+            differing.append(name)
     print("differing: " + ", ".join(differing) if differing else "all the same")
     return bool(differing)
 

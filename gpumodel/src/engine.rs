@@ -85,6 +85,14 @@ impl Engine {
         }
     }
 
+    /// From now on a core holds so many warps; it is empty.
+    pub(crate) fn set_resident_warps(&mut self, warps: u32) {
+        match self {
+            Self::Interleaved(interleaver) => interleaver.set_resident_warps(warps),
+            Self::Timed(_) => unreachable!("frames of several shaders are not simulated event by event"),
+        }
+    }
+
     /// Lines that each warp read from memory, by its number.
     pub(crate) fn misses_by_warp(&self) -> &[u32] {
         match self {

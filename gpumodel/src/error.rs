@@ -37,6 +37,14 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
+    /// Rays or hits cannot be ordered like that.
+    #[error("order of rays: {problem}; {remedy}")]
+    Ordering {
+        /// What was found and what was expected.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
     /// The time of a frame has no solution.
     #[error(
         "time under contention on {gpu}: {problem}; correct the figures of the GPU's description that are far from any hardware's, or use --fidelity timed"

@@ -17,11 +17,13 @@ pub mod kernel;
 mod layout;
 #[cfg(test)]
 mod mock;
+pub mod ordering;
 mod prepared;
 pub mod queueing;
 mod random;
 #[cfg(test)]
 mod ray_units;
+pub mod reflections;
 mod replay;
 mod sampled;
 mod schedule;
@@ -31,10 +33,11 @@ mod windows;
 mod workshop;
 
 pub use config::{
-    Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family, GPUS, Gpu,
-    Identity, LoadStore, Output, Paths, Present, Provenance, Raster, RayQueryCosts, RayScheduling, RayUnit,
-    Registers, Scheduler, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique,
-    TextureUnit, Tiler, Translation, TraversalCosts,
+    Atomics, Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family,
+    GPUS, Gpu, HitShading, Identity, Launch, LoadStore, Output, Paths, Present, Provenance, QueryOrigin,
+    Raster, RayQueryCosts, RayScheduling, RayUnit, ReflectionCosts, ReflectionRegisters, Reflections,
+    Registers, Scheduler, ScreenSpace, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag,
+    Technique, TextureUnit, Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

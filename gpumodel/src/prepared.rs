@@ -32,6 +32,16 @@ impl<'a> Prepared<'a> {
         if config.technique.raster.is_some() {
             geometry::check(header)?;
         }
+        if config.technique.reflections.is_some() {
+            return Err(Error::Trace {
+                scene: header.scene.clone(),
+                problem: format!(
+                    "a trace has the rays of each pixel, and {} lists them anew",
+                    config.technique.name
+                ),
+                remedy: "use profile or compare, on the scene itself".to_owned(),
+            });
+        }
         let gpu = &config.gpu;
         let resident_warps = resident_warps(gpu, registers(header, config)?, header)?;
         let by_ray_unit = gpu.ray_unit_for(header).is_some();
@@ -100,7 +110,7 @@ impl<'a> Prepared<'a> {
     }
 }
 
-fn caches(gpu: &Gpu, by_ray_unit: bool) -> Result<(Hierarchy, KindPaths), Error> {
+pub(crate) fn caches(gpu: &Gpu, by_ray_unit: bool) -> Result<(Hierarchy, KindPaths), Error> {
     let refused = |error: cachesim::Error| Error::Config {
         file: gpu.name().to_owned(),
         line: None,
@@ -113,7 +123,7 @@ fn caches(gpu: &Gpu, by_ray_unit: bool) -> Result<(Hierarchy, KindPaths), Error>
 }
 
 /// Registers of four words per lane, those of a short stack among them.
-fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u32, Error> {
+pub(crate) fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u32, Error> {
     if config.gpu.ray_unit_for(header).is_some() {
         return Ok(config.costs.ray_query.registers);
     }

@@ -86,8 +86,8 @@ pub struct Replayed {
     pub structure_bytes: u64,
     /// Bytes of all buffers.
     pub buffers: BufferBytes,
-    /// Warps that a core holds at once.
-    pub resident_warps: u32,
+    /// Warps that a core holds at once, by [`Pass`].
+    pub resident_warps: [u32; Pass::COUNT],
     /// What happened when; empty where time was simulated.
     pub phases: Vec<PhaseWindows>,
     /// When what happened, where it was asked for.
@@ -243,6 +243,7 @@ impl<'a> Variant<'a> {
         counters.schedule = schedule;
         counters.stalls = source.stalls();
         let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
+        let resident_warps = [resident_warps; Pass::COUNT];
         Ok(Replayed { counters, maps, structure_bytes, buffers, resident_warps, phases, timed })
     }
 }

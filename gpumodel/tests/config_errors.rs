@@ -279,6 +279,9 @@ fn wrong_costs_are_refused() {
         ("loop = {", "lop = {", "lop"),
         ("registers = { value = 9", "registers = { value = 0", "bvh-stack.registers"),
         (LOOP_SOURCE, "", "shared.loop"),
+        ("march_step = { alu = 14", "march_step = { alu = 65537", "reflections.march_step"),
+        ("march_step = {", "march_stride = {", "march_stride"),
+        ("uber = { value = 9", "uber = { value = 0", "reflections.registers.uber"),
     ] {
         assert!(COSTS.contains(from), "the costs have '{from}'");
         let error =
@@ -287,6 +290,59 @@ fn wrong_costs_are_refused() {
     }
     ShaderCosts::parse(&COSTS.replacen("alu = 63", "alu = 65536", 1), "x")
         .expect("the limit itself is allowed");
+}
+
+#[test]
+fn passes_of_reflections_have_costs_unless_the_table_is_older() {
+    let costs = ShaderCosts::builtin().expect("sound");
+    assert!(costs.reflections().is_some());
+    // What no compiler counted is called an estimate, and nothing else.
+    let estimates: Vec<&str> = costs.reflection_estimates().iter().map(String::as_str).collect();
+    let by_hand =
+        COSTS.lines().skip_while(|line| *line != "[reflections]").filter(|line| line.contains("by hand"));
+    let mut expected: Vec<String> =
+        by_hand.filter_map(|line| Some(format!("reflections.{}", line.split_once(" =")?.0))).collect();
+    expected.sort_unstable();
+    assert_eq!(estimates, expected);
+
+    let (before, from) = COSTS.split_once("[reflections]").expect("a table");
+    let (_, after) = from.split_once("[ray-query]").expect("the next table");
+    let older = ShaderCosts::parse(&format!("{before}[ray-query]{after}"), "older.toml").expect("sound");
+    assert!(older.reflections().is_none() && older.reflection_estimates().is_empty());
+}
+
+#[test]
+fn all_built_in_gpus_have_figures_for_atomics_and_a_description_may_go_without() {
+    for gpu in GPUS {
+        let atomics =
+            Gpu::builtin(gpu.name).expect("listed").expect("sound").atomics.expect("it has figures");
+        assert!(atomics.dispatch_seconds < 1e-3, "{}: seconds, not microseconds", gpu.name);
+    }
+    let (before, from) = adreno_540().split_once("[atomics]").expect("a table");
+    let (_, after) = from.split_once("[dram]").expect("the next table");
+    let without = Gpu::parse(&format!("{before}[dram]{after}"), "my-gpu.toml").expect("sound");
+    assert_eq!(without.atomics, None);
+}
+
+#[test]
+fn wrong_figures_of_atomics_are_refused() {
+    for (from, to, key, expectation) in [
+        ("lane_clocks = { value = 1", "lane_clocks = { value = 0", "atomics.lane_clocks", "is 0"),
+        ("warp_clocks = { value = 0", "warp_clocks = { value = -1", "atomics.warp_clocks", "is -1"),
+        (
+            "shared_lane_clocks = { value = 1",
+            "shared_lane_clocks = { value = nan",
+            "shared_lane_clocks",
+            "NaN",
+        ),
+        ("barrier_clocks = { value = 20", "barrier_clocks = { value = inf", "barrier_clocks", "is inf"),
+        ("dispatch_us = { value = 5", "dispatch_us = { value = -5", "atomics.dispatch_us", "is -5"),
+        ("joins_uniform = { value = true", "joins_uniform = { value = 1", "boolean", "1"),
+    ] {
+        let (message, line) = gpu_error(from, to);
+        assert!(message.starts_with(&format!("my-gpu.toml:{line}: ")), "line {line}: {message}");
+        assert!(message.contains(key) && message.contains(expectation), "{message}");
+    }
 }
 
 /// The built-in Adreno 660, which has figures for translation, with one part replaced.

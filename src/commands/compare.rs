@@ -56,8 +56,7 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
             let frame = Frame::build(&scene, &group.settings)?;
             let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
             let kept = if folder.is_some() { Maps::Kept } else { Maps::Dropped };
-            let answers =
-                report::answers(&frame.tracer_for(&group.machines), &group.machines, kept, &before, meter)?;
+            let answers = report::frame_answers(&frame, &group.machines, kept, &before, meter)?;
             for (place, (&index, answer)) in group.points.iter().zip(answers).enumerate() {
                 let Answer { report, replayed } = answer;
                 let scene_value = several_scenes.then(|| report.inputs.scene.clone());

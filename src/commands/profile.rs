@@ -34,9 +34,11 @@ pub(super) fn profile(
     let scene = LoadedScene::load(scene)?;
     let frame = Frame::build(&scene, settings)?;
     let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
-    let tracer = frame.tracer_for(std::slice::from_ref(machine));
+    let machines = std::slice::from_ref(machine);
     match plan {
-        Some(plan) => report::sampled_answer(&tracer, machine, plan, maps, &before, meter),
-        None => report::answer(&tracer, machine, maps, &before, meter),
+        Some(plan) => {
+            report::sampled_answer(&frame.tracer_for(machines), machine, plan, maps, &before, meter)
+        }
+        None => Ok(report::frame_answers(&frame, machines, maps, &before, meter)?.remove(0)),
     }
 }

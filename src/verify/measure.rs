@@ -7,6 +7,7 @@ use crate::console;
 use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
+use crate::reflections;
 use crate::report::{self, Answer, Before};
 use crate::settings::FrameSettings;
 use gpumodel::Maps;
@@ -173,23 +174,30 @@ fn measure_frame(
         .then(|| Frame::build(scene, &under_full_stack(settings)))
         .transpose()?;
     let stack = stack.as_ref().map(|stack| stack.tracer(None));
-    let machines: Vec<Machine> = replays.iter().map(|(_, machine)| machine.clone()).collect();
+    let (of_lists, of_tiles): (Vec<_>, Vec<_>) =
+        replays.into_iter().partition(|(_, machine)| machine.config.technique.reflections.is_some());
+    let machines: Vec<Machine> = of_tiles.iter().map(|(_, machine)| machine.clone()).collect();
     let source = Audited::new(frame.tracer_for(&machines), stack, &audits);
-    if replays.is_empty() {
-        source.drain()?;
-    } else {
+    let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
+    let mut answers = Vec::new();
+    if !machines.is_empty() {
         let wants_maps = setups.iter().any(|planned| (conditions.maps)(&planned.setup));
         let maps = if wants_maps { Maps::Kept } else { Maps::Dropped };
-        let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
-        let answers = report::answers(&source, &machines, maps, &before, meter)?;
-        for ((planned, machine), mut answer) in replays.into_iter().zip(answers) {
-            let Planned { setup, metrics, .. } = planned;
-            record(setup, metrics, &answer, &machine, &mut measured.measurements);
-            if !(conditions.maps)(setup) {
-                answer.replayed.maps = None;
-            }
-            measured.answers.insert(setup.clone(), answer);
+        answers = report::answers(&source, &machines, maps, &before, meter)?;
+    } else if !audits.is_empty() {
+        source.drain()?;
+    }
+    if !of_lists.is_empty() {
+        let machines: Vec<&Machine> = of_lists.iter().map(|(_, machine)| machine).collect();
+        answers.extend(reflections::answers(&frame, &machines, &before, meter)?);
+    }
+    for ((planned, machine), mut answer) in of_tiles.into_iter().chain(of_lists).zip(answers) {
+        let Planned { setup, metrics, .. } = planned;
+        record(setup, metrics, &answer, &machine, &mut measured.measurements);
+        if !(conditions.maps)(setup) {
+            answer.replayed.maps = None;
         }
+        measured.answers.insert(setup.clone(), answer);
     }
     for (audit, found) in source.found() {
         for Planned { setup, .. } in setups.iter().filter(|planned| planned.metrics.contains(audit.name())) {

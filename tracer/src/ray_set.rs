@@ -97,7 +97,8 @@ impl RaySetId {
         Self { kind: RayKind::Shadow, sample: 0, light }
     }
 
-    /// Of `sets`, the place of the one from whose hits this one's rays start.
+    /// Of `sets`, the place of the one from whose hits this one's rays start; none where it is not among them, as in a list of reflection rays
+    /// ([`ReflectionTracer`](crate::reflections::ReflectionTracer)), of which every ray is due.
     pub fn source(self, sets: &[Self]) -> Option<usize> {
         let kind = self.kind.starts_from()?;
         let sample = if kind == RayKind::Primary { 0 } else { self.sample };

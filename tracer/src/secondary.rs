@@ -1,15 +1,13 @@
 //! The rays that follow a primary hit besides hard shadow rays: soft shadows, reflections, ambient occlusion, indirect diffuse light,
 //! and the shadow rays from what those hit.
 
-use crate::accel::AccelerationStructure;
+use crate::caster::{Caster, Scene, is_direction};
 use crate::error::Error;
-use crate::ray::{Hit, NOT_CAST, Query, Ray};
+use crate::ray::{Hit, Query, Ray};
 use crate::ray_set::{RayKind, RaySetId};
 use crate::sampling::{Points, cosine_weighted, glossy_reflection, mirror_reflection, point_of_sphere};
-use crate::trace::{RaySet, Recorder};
-use crate::view::{Departure, RayOffset};
+use crate::trace::RaySet;
 use glam::Vec3;
-use scenes::Triangle;
 
 /// Which rays follow each primary hit. Directions depend on the seed, the pixel and the sample alone.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,6 +46,35 @@ pub enum ReflectionRays {
     Mirror,
     /// One per sample around it, by this perceptual roughness, above 0.
     Glossy(f32),
+}
+
+impl ReflectionRays {
+    /// Where sample `sample` of a pixel goes, from a surface with unit `normal` that `incoming` (unit length) led to; `None` where none is
+    /// cast. `points` are those of [`reflection_points`].
+    pub(crate) fn direction(
+        self,
+        sample: u32,
+        incoming: Vec3,
+        normal: Vec3,
+        points: &Points,
+    ) -> Option<Vec3> {
+        let direction = match self {
+            Self::Mirror if sample == 0 => mirror_reflection(incoming, normal),
+            Self::Glossy(roughness) => glossy_reflection(incoming, normal, roughness, points.point(sample)),
+            Self::None | Self::Mirror => return None,
+        };
+        is_direction(direction).then_some(direction)
+    }
+}
+
+/// The points by which the reflection rays of a pixel are drawn.
+pub(crate) fn reflection_points(seed: u32, pixel: u64) -> Points {
+    points(seed, pixel, RayKind::Reflection, 0)
+}
+
+/// The points by which the rays of a kind are drawn, and there to one light.
+fn points(seed: u32, pixel: u64, kind: RayKind, light: usize) -> Points {
+    Points::new(seed, pixel, (kind as u32) << 24 | light as u32)
 }
 
 impl SecondaryRays {
@@ -104,10 +131,9 @@ impl SecondaryRays {
             sets.iter_mut().for_each(RaySet::skip_ray);
             return Ok(0);
         }
-        let mut caster = Caster { scene, sets: sets.iter_mut(), stalls: 0 };
+        let mut caster = Caster::new(scene, sets);
         let from = scene.departure(hit, direction);
-        let points =
-            |kind: RayKind, light: usize| Points::new(self.seed, pixel, (kind as u32) << 24 | light as u32);
+        let points = |kind: RayKind, light: usize| points(self.seed, pixel, kind, light);
         if let Some(SoftShadows { lights, radius }) = &self.soft_shadows {
             for sample in 0..self.samples {
                 for (light, &middle) in lights.iter().enumerate() {
@@ -118,23 +144,18 @@ impl SecondaryRays {
             }
         }
         if let Some(reflections) = &self.reflections {
-            let points = points(RayKind::Reflection, 0);
+            let points = reflection_points(self.seed, pixel);
+            let surface = reflections[hit.primitive as usize];
             for sample in 0..self.reflection_samples() {
-                let reflected = match reflections[hit.primitive as usize] {
-                    ReflectionRays::Mirror if sample == 0 => Some(mirror_reflection(direction, from.normal)),
-                    ReflectionRays::Glossy(roughness) => {
-                        Some(glossy_reflection(direction, from.normal, roughness, points.point(sample)))
-                    }
-                    ReflectionRays::None | ReflectionRays::Mirror => None,
-                };
-                caster.cast_and_light(&from, reflected, &self.lights)?;
+                let reflected = surface.direction(sample, direction, from.normal, &points);
+                caster.cast_and_light(reflected.map(|reflected| from.ray(reflected)), &self.lights)?;
             }
         }
         if let Some(radius) = self.ambient_occlusion {
             let points = points(RayKind::AmbientOcclusion, 0);
             for sample in 0..self.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
-                let ray = Ray { t_max: radius, ..Ray::new(from.origin, direction) };
+                let ray = Ray { t_max: radius, ..from.ray(direction) };
                 caster.cast(Some(ray), Query::Any)?;
             }
         }
@@ -142,76 +163,20 @@ impl SecondaryRays {
             let points = points(RayKind::Diffuse, 0);
             for sample in 0..self.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
-                caster.cast_and_light(&from, Some(direction), &self.lights)?;
+                caster.cast_and_light(Some(from.ray(direction)), &self.lights)?;
             }
         }
-        Ok(caster.stalls)
-    }
-}
-
-/// What rays are cast at.
-pub(crate) struct Scene<'a> {
-    pub(crate) structure: &'a AccelerationStructure,
-    pub(crate) triangles: &'a [Triangle],
-    pub(crate) offset: RayOffset,
-    /// Of rays to lights.
-    pub(crate) shadow_query: Query,
-}
-
-impl Scene<'_> {
-    fn departure(&self, hit: &Hit, direction: Vec3) -> Departure {
-        self.offset.departure(&self.triangles[hit.primitive as usize], hit.u, hit.v, direction)
-    }
-}
-
-/// Casts one ray into each set in turn.
-struct Caster<'a, 'b> {
-    scene: &'a Scene<'a>,
-    sets: std::slice::IterMut<'b, RaySet>,
-    stalls: u64,
-}
-
-impl Caster<'_, '_> {
-    /// Without a ray, or with one that has no direction because its light is where it starts or too far away, none is cast.
-    fn cast(&mut self, ray: Option<Ray>, query: Query) -> Result<Hit, Error> {
-        let set = self.sets.next().expect("every set is cast once");
-        let has_direction = |ray: &Ray| ray.direction.is_finite() && ray.direction != Vec3::ZERO;
-        let Some(ray) = ray.filter(has_direction) else {
-            set.end_ray(NOT_CAST)?;
-            return Ok(Hit::miss(0.0));
-        };
-        let mut recorder = Recorder::new(set);
-        let hit = self.scene.structure.trace(&ray, query, &mut recorder);
-        self.stalls += recorder.stalls();
-        set.end_ray(hit.primitive)?;
-        Ok(hit)
-    }
-
-    /// A ray for its closest hit, and from there a shadow ray to each light.
-    fn cast_and_light(
-        &mut self,
-        from: &Departure,
-        direction: Option<Vec3>,
-        lights: &[Vec3],
-    ) -> Result<(), Error> {
-        let hit = self.cast(direction.map(|direction| Ray::new(from.origin, direction)), Query::Closest)?;
-        let next =
-            hit.is_hit().then(|| direction.map(|direction| self.scene.departure(&hit, direction))).flatten();
-        for &light in lights {
-            match &next {
-                Some(next) => self.cast(Some(next.shadow_ray(light)), self.scene.shadow_query).map(drop)?,
-                None => self.sets.next().expect("every set is cast once").skip_ray(),
-            }
-        }
-        Ok(())
+        Ok(caster.stalls())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ray::NO_HIT;
-    use crate::{BuildOptions, PreparedTriangle, Traversal, View};
+    use crate::ray::{NO_HIT, NOT_CAST};
+    use crate::view::{Departure, RayOffset};
+    use crate::{AccelerationStructure, BuildOptions, PreparedTriangle, Traversal, View};
+    use scenes::Triangle;
 
     fn brute_force(triangles: &[Triangle], ray: &Ray) -> Hit {
         let mut best = Hit::miss(ray.t_max);

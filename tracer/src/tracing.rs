@@ -2,11 +2,12 @@
 
 use crate::accel::{AccelerationStructure, BuildOptions};
 use crate::bvh::restart_trail::TrailBits;
+use crate::caster::Scene;
 use crate::error::Error;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
 use crate::ray_set::RaySetId;
-use crate::secondary::{Scene, SecondaryRays};
+use crate::secondary::SecondaryRays;
 use crate::topology::Topology;
 use crate::trace::{Forced, Frame, Recorder, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader};
 use crate::view::{RayOffset, View};
@@ -53,6 +54,41 @@ pub struct SceneIdentity {
     pub hash: u64,
 }
 
+/// The header of a frame of these sets of rays.
+pub(crate) fn header(
+    structure: &AccelerationStructure,
+    options: &BuildOptions,
+    triangles: &[Triangle],
+    scene: SceneIdentity,
+    frame: Frame,
+    ray_sets: Vec<RaySetId>,
+) -> TraceHeader {
+    let traversal = structure.traversal();
+    TraceHeader {
+        generator: concat!("raybudget ", env!("CARGO_PKG_VERSION")).to_owned(),
+        scene: scene.name,
+        scene_hash: format!("{:016x}", scene.hash),
+        triangles: triangles.len() as u32,
+        frame,
+        ray_sets,
+        shadow_query: Query::Any,
+        raster: false,
+        normals: true,
+        forced: Vec::new(),
+        accel: traversal.accel(),
+        traversal: traversal.name().to_owned(),
+        node_format: traversal.node_format(),
+        node_fetch: traversal.node_fetch(),
+        loop_structure: traversal.loop_structure(),
+        stack_entries: structure.stack_entries(),
+        short_stack: traversal.short_stack(),
+        trail_bits: structure.trail_bits().map(TrailBits::count),
+        sah_costs: [options.traversal_cost, options.intersection_cost],
+        depth: structure.depth(),
+        remarks: SceneRemarks::default(),
+    }
+}
+
 /// Traces the tiles of a frame when they are asked for.
 pub struct FrameTracer<'a> {
     scene: Scene<'a>,
@@ -78,32 +114,9 @@ impl<'a> FrameTracer<'a> {
         rays: Rays,
         lights: Vec<Vec3>,
     ) -> Self {
-        let traversal = structure.traversal();
         let shadows = (0..lights.len() as u32).map(RaySetId::shadow);
         let ray_sets = std::iter::once(RaySetId::PRIMARY).chain(shadows).collect();
-        let header = TraceHeader {
-            generator: concat!("raybudget ", env!("CARGO_PKG_VERSION")).to_owned(),
-            scene: scene.name,
-            scene_hash: format!("{:016x}", scene.hash),
-            triangles: triangles.len() as u32,
-            frame: rays.frame(),
-            ray_sets,
-            shadow_query: Query::Any,
-            raster: false,
-            normals: true,
-            forced: Vec::new(),
-            accel: traversal.accel(),
-            traversal: traversal.name().to_owned(),
-            node_format: traversal.node_format(),
-            node_fetch: traversal.node_fetch(),
-            loop_structure: traversal.loop_structure(),
-            stack_entries: structure.stack_entries(),
-            short_stack: traversal.short_stack(),
-            trail_bits: structure.trail_bits().map(TrailBits::count),
-            sah_costs: [options.traversal_cost, options.intersection_cost],
-            depth: structure.depth(),
-            remarks: SceneRemarks::default(),
-        };
+        let header = header(structure, options, triangles, scene, rays.frame(), ray_sets);
         let topology = structure.topology();
         let offset = RayOffset::new(triangles);
         let scene = Scene { structure, triangles, offset, shadow_query: Query::Any };

@@ -122,6 +122,12 @@ pub struct Departure {
 }
 
 impl Departure {
+    /// The ray in a direction, without end.
+    #[inline]
+    pub fn ray(&self, direction: Vec3) -> Ray {
+        Ray::new(self.origin, direction)
+    }
+
     /// The ray to a point: `t` from 0 to 1 there.
     #[inline]
     pub fn shadow_ray(&self, light: Vec3) -> Ray {

@@ -1,5 +1,6 @@
 //! What the shader's steps cost in operations, and the registers it holds.
 
+use super::reflections::{ReflectionCosts, ReflectionsFile, reflection_estimates, reflections};
 use super::sourced::{File, Tag};
 use crate::error::Error;
 use serde::Deserialize;
@@ -29,6 +30,9 @@ pub struct ShaderCosts {
     /// Missing in tables that were written before there were such rays.
     secondary: Option<SecondaryCosts>,
     secondary_estimates: Vec<String>,
+    /// Missing in tables that were written before there were passes of reflections.
+    reflections: Option<ReflectionCosts>,
+    reflection_estimates: Vec<String>,
     /// A ray query that a ray unit answers.
     pub ray_query: RayQueryCosts,
     bvh_stack: TraversalCosts,
@@ -127,6 +131,7 @@ pub struct TraversalCosts {
 struct CostsFile {
     shared: SharedFile,
     secondary: Option<SecondaryFile>,
+    reflections: Option<ReflectionsFile>,
     ray_query: RayQueryFile,
     bvh_stack: TraversalFile,
     bvh_parent_link: TraversalFile,
@@ -176,7 +181,7 @@ struct SecondaryFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TaggedCostFile {
+pub(super) struct TaggedCostFile {
     alu: Spanned<u32>,
     efu: Spanned<u32>,
     source: Spanned<String>,
@@ -229,13 +234,13 @@ impl ShaderCosts {
         let cost = |key: &str, cost: &CostFile| read_cost(&file, key, cost);
         let traversal = |name: &str, raw: &TraversalFile| read_traversal(&file, name, raw);
         let mut secondary_estimates = Vec::new();
-        let mut tagged = |key: &str, TaggedCostFile { alu, efu, source, tag }: TaggedCostFile| {
-            if tag == Tag::Estimate {
+        let mut tagged = |key: &str, cost: &TaggedCostFile| {
+            if cost.tag == Tag::Estimate {
                 secondary_estimates.push(key.to_owned());
             }
-            read_cost(&file, key, &CostFile { alu, efu, source })
+            cost.read(&file, key)
         };
-        let secondary = match raw.secondary {
+        let secondary = match &raw.secondary {
             Some(SecondaryFile { sample, light_point, reflection_ray, cosine_ray }) => Some(SecondaryCosts {
                 sample: tagged("secondary.sample", sample)?,
                 light_point: tagged("secondary.light_point", light_point)?,
@@ -247,6 +252,8 @@ impl ShaderCosts {
         Ok(Self {
             secondary,
             secondary_estimates,
+            reflections: raw.reflections.as_ref().map(|raw| reflections(&file, raw)).transpose()?,
+            reflection_estimates: reflection_estimates(toml_text),
             shared: SharedCosts {
                 camera_ray: cost("shared.camera_ray", &raw.shared.camera_ray)?,
                 ray_setup: cost("shared.ray_setup", &raw.shared.ray_setup)?,
@@ -310,6 +317,21 @@ impl ShaderCosts {
         &self.secondary_estimates
     }
 
+    /// Costs of making rays that start at a hit, where the table has them.
+    pub(crate) fn secondary_rays(&self) -> Option<&SecondaryCosts> {
+        self.secondary.as_ref()
+    }
+
+    /// Costs of the passes of reflections, where the table has them.
+    pub fn reflections(&self) -> Option<&ReflectionCosts> {
+        self.reflections.as_ref()
+    }
+
+    /// Keys of the costs of [`Self::reflections`] that are estimates.
+    pub fn reflection_estimates(&self) -> &[String] {
+        &self.reflection_estimates
+    }
+
     /// Costs of the traversal that a trace was made with.
     ///
     /// # Errors
@@ -346,16 +368,31 @@ pub(crate) fn has_secondary(header: &TraceHeader) -> bool {
     header.ray_sets.iter().any(|set| !matches!(set.kind, RayKind::Primary | RayKind::Shadow))
 }
 
+impl TaggedCostFile {
+    pub(super) fn read(&self, file: &File<'_>, key: &str) -> Result<Cost, Error> {
+        read_operations(file, key, [&self.alu, &self.efu], &self.source)
+    }
+}
+
 fn read_cost(file: &File<'_>, key: &str, cost: &CostFile) -> Result<Cost, Error> {
-    file.said(key, &cost.source)?;
-    for operations in [&cost.alu, &cost.efu] {
+    read_operations(file, key, [&cost.alu, &cost.efu], &cost.source)
+}
+
+fn read_operations(
+    file: &File<'_>,
+    key: &str,
+    [alu, efu]: [&Spanned<u32>; 2],
+    source: &Spanned<String>,
+) -> Result<Cost, Error> {
+    file.said(key, source)?;
+    for operations in [alu, efu] {
         let count = *operations.get_ref();
         if count > MOST_OPERATIONS {
             let problem = format!("is {count}, expected at most {MOST_OPERATIONS} operations");
             return Err(file.refuse(key, &operations.span(), problem, "correct the value"));
         }
     }
-    Ok(Cost { alu: *cost.alu.get_ref(), efu: *cost.efu.get_ref() })
+    Ok(Cost { alu: *alu.get_ref(), efu: *efu.get_ref() })
 }
 
 fn read_registers(file: &File<'_>, name: &str, raw: &RegistersFile) -> Result<u32, Error> {

@@ -1,5 +1,6 @@
 //! A GPU, described and checked.
 
+use super::atomics::{Atomics, atomics};
 use super::gpu_checks::{
     IN_FLIGHT, RATE, WIDEST_WARP, cache_latency, caches, dram_standard, path, registers, texture, tiler,
     warp_pixels,
@@ -37,6 +38,8 @@ pub struct Gpu {
     pub ray_unit: Option<RayUnit>,
     /// Translation of addresses, where figures for it are known.
     pub translation: Option<Translation>,
+    /// Atomics, barriers and indirect dispatches, where figures for them are given.
+    pub atomics: Option<Atomics>,
     /// System memory.
     pub dram: Dram,
     /// Rasterisation in bins.
@@ -271,7 +274,7 @@ impl Gpu {
             vertex: path("paths.vertex", &raw.paths.vertex)?,
         };
         let ray_unit = raw.ray_unit.as_ref().map(|raw| ray_unit(&file, raw, &caches)).transpose()?;
-        Hierarchy::with_paths(&levels, &all_paths(&paths, ray_unit.as_ref())).map_err(|error| {
+        Hierarchy::with_paths(&levels, &all_paths(&paths, ray_unit.as_ref(), &caches)).map_err(|error| {
             let remedy = "correct [paths] or the order of the [[cache]] tables";
             file.refuse("paths", &raw.paths.ssbo.value.span(), error, remedy)
         })?;
@@ -336,6 +339,7 @@ impl Gpu {
             paths,
             ray_unit,
             translation: raw.translation.map(|raw| translation(&file, &raw)).transpose()?,
+            atomics: raw.atomics.map(|raw| atomics(&file, &raw)).transpose()?,
             dram: Dram {
                 channels: file.within("dram.channels", &raw.dram.channels, 1..=cachesim::MAX_CHANNELS)?,
                 queue: file.within("dram.queue", &raw.dram.queue, 1..=cachesim::MAX_QUEUE)?,
@@ -416,14 +420,21 @@ impl Gpu {
         &self.levels
     }
 
+    /// The way of atomics on storage buffers.
+    pub(crate) fn atomic_path(&self) -> &[usize] {
+        atomic_path(&self.paths, &self.caches)
+    }
+
     /// The caches, empty, with the TLB behind them, and their paths: storage buffers, textures, private memory, vertices, and the ray unit, which
     /// has that of storage buffers where there is none.
     ///
     /// # Errors
     /// When the paths contradict each other.
     pub(crate) fn hierarchy(&self) -> Result<(Hierarchy, Vec<PathId>), cachesim::Error> {
-        let (hierarchy, paths) =
-            Hierarchy::with_paths(&self.levels, &all_paths(&self.paths, self.ray_unit.as_ref()))?;
+        let (hierarchy, paths) = Hierarchy::with_paths(
+            &self.levels,
+            &all_paths(&self.paths, self.ray_unit.as_ref(), &self.caches),
+        )?;
         let hierarchy = match self.translation {
             Some(Translation { tlb, .. }) => hierarchy.with_tlb(tlb),
             None => hierarchy,
@@ -432,8 +443,15 @@ impl Gpu {
     }
 }
 
-/// As the cache simulator takes them: storage buffers, textures, private memory, vertices, ray unit.
-fn all_paths<'a>(paths: &'a Paths, ray_unit: Option<&'a RayUnit>) -> [&'a [usize]; 5] {
+/// As the cache simulator takes them: storage buffers, textures, private memory, vertices, ray unit, atomics.
+fn all_paths<'a>(paths: &'a Paths, ray_unit: Option<&'a RayUnit>, caches: &[CacheLevel]) -> [&'a [usize]; 6] {
     let Paths { ssbo, texture, private, vertex } = paths;
-    [ssbo, texture, private, vertex, ray_unit.map_or(ssbo, |unit| &unit.path)]
+    let unit = ray_unit.map_or(ssbo, |unit| &unit.path);
+    [ssbo, texture, private, vertex, unit, atomic_path(paths, caches)]
+}
+
+/// Past the caches that not all cores share.
+fn atomic_path<'a>(paths: &'a Paths, caches: &[CacheLevel]) -> &'a [usize] {
+    let shared = paths.ssbo.iter().position(|&level| caches[level].copies == 1);
+    &paths.ssbo[shared.unwrap_or(paths.ssbo.len() - 1)..]
 }

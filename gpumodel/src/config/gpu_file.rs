@@ -20,6 +20,7 @@ pub(super) struct GpuFile {
     pub(super) paths: PathsFile,
     pub(super) ray_unit: Option<RayUnitFile>,
     pub(super) translation: Option<TranslationFile>,
+    pub(super) atomics: Option<AtomicsFile>,
     pub(super) dram: DramFile,
     pub(super) tiler: TilerFile,
     pub(super) output: OutputFile,
@@ -156,6 +157,17 @@ pub(super) struct TranslationFile {
     pub(super) page_bytes: Sourced<u64>,
     pub(super) entries: Sourced<u32>,
     pub(super) walk_ns: Sourced<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AtomicsFile {
+    pub(super) lane_clocks: Sourced<f64>,
+    pub(super) warp_clocks: Sourced<f64>,
+    pub(super) joins_uniform: Sourced<bool>,
+    pub(super) shared_lane_clocks: Sourced<f64>,
+    pub(super) barrier_clocks: Sourced<f64>,
+    pub(super) dispatch_us: Sourced<f64>,
 }
 
 #[derive(Deserialize)]

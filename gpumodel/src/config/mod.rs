@@ -1,15 +1,19 @@
 //! Descriptions of machines and shaders: TOML in, checked values out. No figure has a default.
 
+mod atomics;
 mod costs;
 mod gpu;
 mod gpu_checks;
 mod gpu_file;
 mod gpu_presets;
 mod ray_unit;
+mod reflection_technique;
+mod reflections;
 mod sourced;
 mod technique;
 mod translation;
 
+pub use atomics::Atomics;
 pub use costs::{Cost, RayQueryCosts, ShaderCosts, SharedCosts, TraversalCosts};
 pub(crate) use costs::{SecondaryCosts, has_secondary};
 pub use gpu::{
@@ -18,6 +22,8 @@ pub use gpu::{
 };
 pub use gpu_presets::{BuiltinGpu, GPUS};
 pub use ray_unit::{RayScheduling, RayUnit};
+pub use reflection_technique::{HitShading, Launch, QueryOrigin, Reflections, ScreenSpace};
+pub use reflections::{ReflectionCosts, ReflectionRegisters};
 pub use sourced::{Provenance, Tag};
 pub(crate) use technique::VECTOR_BYTES;
 pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};

@@ -1,5 +1,6 @@
 //! How a frame is rendered: which passes it has.
 
+use super::reflection_technique::{HitShading, Reflections, ReflectionsFile};
 use super::sourced::{File, Sourced, Tag, tags};
 use crate::counters::Pass;
 use crate::error::Error;
@@ -24,6 +25,38 @@ pub const TECHNIQUES: &[BuiltinTechnique] = &[
         name: "hybrid-resolved",
         toml: include_str!("../../../configs/techniques/hybrid-resolved.toml"),
     },
+    BuiltinTechnique {
+        name: "reflections-direct",
+        toml: include_str!("../../../configs/techniques/reflections-direct.toml"),
+    },
+    BuiltinTechnique {
+        name: "reflections-hybrid-direct",
+        toml: include_str!("../../../configs/techniques/reflections-hybrid-direct.toml"),
+    },
+    BuiltinTechnique {
+        name: "reflections-hybrid",
+        toml: include_str!("../../../configs/techniques/reflections-hybrid.toml"),
+    },
+    BuiltinTechnique {
+        name: "reflections-hybrid-sign",
+        toml: include_str!("../../../configs/techniques/reflections-hybrid-sign.toml"),
+    },
+    BuiltinTechnique {
+        name: "reflections-hybrid-octahedral",
+        toml: include_str!("../../../configs/techniques/reflections-hybrid-octahedral.toml"),
+    },
+    BuiltinTechnique {
+        name: "reflections-hybrid-position",
+        toml: include_str!("../../../configs/techniques/reflections-hybrid-position.toml"),
+    },
+    BuiltinTechnique {
+        name: "reflections-hybrid-position-sign",
+        toml: include_str!("../../../configs/techniques/reflections-hybrid-position-sign.toml"),
+    },
+    BuiltinTechnique {
+        name: "reflections-visibility-buffer",
+        toml: include_str!("../../../configs/techniques/reflections-visibility-buffer.toml"),
+    },
 ];
 
 /// Bytes of a vertex's position, and of its normal.
@@ -42,6 +75,8 @@ pub struct Technique {
     pub stage: Stage,
     /// Draws what a compute stage has written.
     pub present: Option<Present>,
+    /// Reflections over the G-buffer of a frame that has been drawn before, instead of any of these.
+    pub reflections: Option<Reflections>,
     tags: Vec<(String, Tag)>,
 }
 
@@ -85,8 +120,9 @@ pub struct Present;
 struct TechniqueFile {
     technique: Spanned<IdentityFile>,
     raster: Option<Spanned<RasterFile>>,
-    trace: Spanned<TraceFile>,
+    trace: Option<Spanned<TraceFile>>,
     present: Option<Spanned<PresentFile>>,
+    reflections: Option<Spanned<ReflectionsFile>>,
 }
 
 #[derive(Deserialize)]
@@ -143,9 +179,37 @@ impl Technique {
                 "name the technique",
             ));
         }
+        if let Some(reflections) = &raw.reflections {
+            let others = [
+                ("raster", raw.raster.as_ref().map(Spanned::span)),
+                ("trace", raw.trace.as_ref().map(Spanned::span)),
+                ("present", raw.present.as_ref().map(Spanned::span)),
+            ];
+            for (key, span) in others {
+                if let Some(span) = span {
+                    let problem = "stands beside [reflections], whose G-buffer has been drawn before";
+                    return Err(file.refuse(key, &span, problem, "leave out one of them"));
+                }
+            }
+            let reflections = Reflections::read(&file, reflections)?;
+            let IdentityFile { name, title, .. } = raw.technique.into_inner();
+            return Ok(Self {
+                name: name.into_inner(),
+                title,
+                raster: None,
+                stage: Stage::Compute { workgroup: reflections.workgroup },
+                present: None,
+                reflections: Some(reflections),
+                tags: tags(toml_text),
+            });
+        }
+        let Some(trace) = raw.trace else {
+            let problem = "has neither [trace] nor [reflections]";
+            return Err(file.refuse("technique", &raw.technique.span(), problem, "add one of them"));
+        };
         let raster = raw.raster.as_ref().map(|raster| read_raster(&file, raster.get_ref())).transpose()?;
-        let trace_span = raw.trace.span();
-        let trace = raw.trace.into_inner();
+        let trace_span = trace.span();
+        let trace = trace.into_inner();
         let primary = *trace.primary.get_ref();
         if primary == raster.is_some() {
             let (problem, remedy) = if primary {
@@ -182,6 +246,7 @@ impl Technique {
             raster,
             stage,
             present: raw.present.map(|_| Present),
+            reflections: None,
             tags: tags(toml_text),
         })
     }
@@ -194,12 +259,20 @@ impl Technique {
 
     /// The passes that a frame of this technique has, in order; those of rays that a frame has only on request are not among them.
     pub fn passes(&self) -> Vec<Pass> {
+        if let Some(reflections) = &self.reflections {
+            return reflections.passes();
+        }
         let has = |pass: &Pass| match pass {
             Pass::Binning | Pass::Geometry => self.raster.is_some(),
             Pass::Primary => self.raster.is_none(),
             Pass::Shadow | Pass::Output => true,
             Pass::SoftShadow
+            | Pass::ScreenSpace
             | Pass::Reflection
+            | Pass::BucketCount
+            | Pass::BucketOffset
+            | Pass::BucketCopy
+            | Pass::HitShading
             | Pass::ReflectionShadow
             | Pass::AmbientOcclusion
             | Pass::Diffuse
@@ -207,6 +280,15 @@ impl Technique {
             Pass::Present => self.present.is_some(),
         };
         Pass::ALL.into_iter().filter(has).collect()
+    }
+
+    /// The pass after which dirty lines are written back: the last one that shades.
+    pub(crate) fn last_shading(&self) -> Pass {
+        match &self.reflections {
+            None => Pass::Output,
+            Some(reflections) if reflections.hit_shading == HitShading::VisibilityBuffer => Pass::HitShading,
+            Some(_) => Pass::Reflection,
+        }
     }
 
     /// Dotted keys of its figures that are estimates.

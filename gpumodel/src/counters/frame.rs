@@ -141,6 +141,12 @@ counters! {
         pub covered_fragments: u64,
         /// Bytes of bin lists written and read.
         pub bin_list_bytes: u64,
+        /// Atomic operations on counters in memory, lane by lane unless a warp joins them.
+        pub atomics: u64,
+        /// Clocks that these take one after the other, where the cache that all cores share carries them out.
+        pub atomic_clocks: u64,
+        /// Compute dispatches, those of no workgroup among them.
+        pub dispatches: u64,
     }
 }
 
@@ -207,23 +213,25 @@ counters! {
         pub vertex: BufferTraffic,
         /// Images and attachments that one pass writes and another reads.
         pub image: BufferTraffic,
+        /// Rays, hits and their orders, which one compute pass lists for another.
+        pub record: BufferTraffic,
     }
 }
 
 impl TrafficCounters {
     /// All buffers together.
     pub fn total(&self) -> BufferTraffic {
-        let Self { node, primitive, index, normal, stack, vertex, image } = *self;
+        let Self { node, primitive, index, normal, stack, vertex, image, record } = *self;
         let mut total = BufferTraffic::default();
-        [node, primitive, index, normal, stack, vertex, image]
+        [node, primitive, index, normal, stack, vertex, image, record]
             .into_iter()
             .for_each(|traffic| total += traffic);
         total
     }
 
     pub(crate) fn each_buffer(&mut self, visit: impl FnMut(&mut BufferTraffic)) {
-        let Self { node, primitive, index, normal, stack, vertex, image } = self;
-        [node, primitive, index, normal, stack, vertex, image].into_iter().for_each(visit);
+        let Self { node, primitive, index, normal, stack, vertex, image, record } = self;
+        [node, primitive, index, normal, stack, vertex, image, record].into_iter().for_each(visit);
     }
 
     pub(crate) fn of_mut(&mut self, kind: BufferKind) -> &mut BufferTraffic {
@@ -235,6 +243,7 @@ impl TrafficCounters {
             BufferKind::Stack => &mut self.stack,
             BufferKind::Vertex => &mut self.vertex,
             BufferKind::Image | BufferKind::Attachment => &mut self.image,
+            BufferKind::Record | BufferKind::Counter => &mut self.record,
         }
     }
 }
@@ -310,25 +319,35 @@ pub enum Pass {
     Shadow = 3,
     /// Making and tracing rays to points of lights.
     SoftShadow = 4,
-    /// Making and tracing reflection rays, and shading what they hit.
-    Reflection = 5,
-    /// Making and tracing shadow rays from what those hit.
-    ReflectionShadow = 6,
+    /// Marching reflection rays through the depth buffer, and listing those that are left.
+    ScreenSpace = 5,
+    /// Making and tracing reflection rays, and shading what they hit where no pass of its own does.
+    Reflection = 6,
+    /// Counting the hits of each material.
+    BucketCount = 7,
+    /// Finding where the hits of each material begin.
+    BucketOffset = 8,
+    /// Listing hits by material.
+    BucketCopy = 9,
+    /// Shading hits material by material.
+    HitShading = 10,
+    /// Making and tracing shadow rays from what reflection rays hit.
+    ReflectionShadow = 11,
     /// Making and tracing rays of ambient occlusion.
-    AmbientOcclusion = 7,
+    AmbientOcclusion = 12,
     /// Making and tracing diffuse rays, and shading what they hit.
-    Diffuse = 8,
+    Diffuse = 13,
     /// Making and tracing shadow rays from what those hit.
-    DiffuseShadow = 9,
+    DiffuseShadow = 14,
     /// Shading primary hits and writing the colour.
-    Output = 10,
+    Output = 15,
     /// Drawing the image of a compute pass onto the screen.
-    Present = 11,
+    Present = 16,
 }
 
 impl Pass {
     /// Number of passes.
-    pub const COUNT: usize = 12;
+    pub const COUNT: usize = 17;
 
     /// All passes, in the order in which the GPU runs them.
     pub const ALL: [Self; Self::COUNT] = [
@@ -337,7 +356,12 @@ impl Pass {
         Self::Primary,
         Self::Shadow,
         Self::SoftShadow,
+        Self::ScreenSpace,
         Self::Reflection,
+        Self::BucketCount,
+        Self::BucketOffset,
+        Self::BucketCopy,
+        Self::HitShading,
         Self::ReflectionShadow,
         Self::AmbientOcclusion,
         Self::Diffuse,
@@ -376,7 +400,15 @@ impl Pass {
             | Self::AmbientOcclusion
             | Self::Diffuse
             | Self::DiffuseShadow => true,
-            Self::Binning | Self::Geometry | Self::Output | Self::Present => false,
+            Self::Binning
+            | Self::Geometry
+            | Self::ScreenSpace
+            | Self::BucketCount
+            | Self::BucketOffset
+            | Self::BucketCopy
+            | Self::HitShading
+            | Self::Output
+            | Self::Present => false,
         }
     }
 
@@ -388,7 +420,12 @@ impl Pass {
             Self::Primary => "primary rays",
             Self::Shadow => "shadow rays",
             Self::SoftShadow => "soft shadow rays",
+            Self::ScreenSpace => "screen-space march",
             Self::Reflection => "reflection rays",
+            Self::BucketCount => "bucket count",
+            Self::BucketOffset => "bucket offset",
+            Self::BucketCopy => "bucket copy",
+            Self::HitShading => "hit shading",
             Self::ReflectionShadow => "reflection shadow rays",
             Self::AmbientOcclusion => "ambient occlusion rays",
             Self::Diffuse => "diffuse rays",

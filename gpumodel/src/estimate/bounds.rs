@@ -32,6 +32,10 @@ pub(super) struct Demand {
     pub(super) unit_boxes: f64,
     /// As `unit_boxes`, of ray-triangle tests.
     pub(super) unit_triangles: f64,
+    /// Clocks of atomics on counters / clock.
+    pub(super) atomics: f64,
+    /// Dispatches x the time that each takes to begin.
+    pub(super) dispatch: f64,
     /// Triangles set up / (triangles per clock x clock).
     pub(super) setup: f64,
     /// Covered fragments / (pixels per clock x clock).
@@ -63,6 +67,8 @@ impl Demand {
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
             unit_boxes: of_unit(issue.unit_box_places, |unit| unit.boxes_per_clock),
             unit_triangles: of_unit(issue.unit_triangle_places, |unit| unit.triangles_per_clock),
+            atomics: issue.atomic_clocks as f64 / gpu.clock.hz,
+            dispatch: gpu.atomics.map_or(0.0, |atomics| issue.dispatches as f64 * atomics.dispatch_seconds),
             setup: issue.setup_triangles as f64 / (gpu.tiler.triangles_per_clock * gpu.clock.hz),
             pixels: issue.covered_fragments as f64 / (gpu.tiler.pixels_per_clock * gpu.clock.hz),
             latency: if waits > 0.0 {
@@ -109,10 +115,14 @@ impl Demand {
                 dram,
                 unit_boxes,
                 unit_triangles,
+                atomics,
+                dispatch,
                 setup,
                 pixels,
                 latency,
             } = *demand;
+            sum.atomics += atomics;
+            sum.dispatch += dispatch;
             sum.unit_boxes += unit_boxes;
             sum.unit_triangles += unit_triangles;
             sum.alu += alu;
@@ -143,6 +153,8 @@ impl Demand {
             dram,
             unit_boxes,
             unit_triangles,
+            atomics,
+            dispatch,
             setup,
             pixels,
             latency,
@@ -158,6 +170,8 @@ impl Demand {
             ("DRAM bandwidth", dram),
             ("ray unit: boxes", unit_boxes),
             ("ray unit: triangles", unit_triangles),
+            ("atomics", atomics),
+            ("dispatches", dispatch),
             ("triangle setup", setup),
             ("pixel rate", pixels),
             ("latency and concurrency", latency),
@@ -172,7 +186,7 @@ pub(super) fn path<'a>(pass: Pass, counters: &PassCounters, gpu: &'a Gpu) -> &'a
     let unit = gpu.ray_unit.as_ref().filter(|_| counters.issue.box_nodes > 0);
     match (pass, unit) {
         (Pass::Binning | Pass::Geometry, _) => &gpu.paths.vertex,
-        (Pass::Present, _) => &gpu.paths.texture,
+        (Pass::Present | Pass::ScreenSpace, _) => &gpu.paths.texture,
         (pass, Some(unit)) if pass.traces() => &unit.path,
         _ => &gpu.paths.ssbo,
     }

@@ -99,6 +99,7 @@ impl InPhase<'_> {
             single("load/store port", demand.load_store * of_all_cores),
             single("ray unit: boxes", demand.unit_boxes * of_all_cores),
             single("ray unit: triangles", demand.unit_triangles * of_all_cores),
+            Station { sharers, ..single("atomics", demand.atomics / turns) },
             Station { sharers, ..single("triangle setup", demand.setup / turns) },
             Station { sharers, ..single("pixel rate", demand.pixels / turns) },
         ];

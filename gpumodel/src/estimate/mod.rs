@@ -18,7 +18,7 @@ use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;
 use bounds::{Demand, path};
-use time::{PHASES, PhaseTime, Record, add};
+use time::{PhaseTime, Record, add, phases};
 use tracer::{LoopStructure, RayKind, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
@@ -100,14 +100,16 @@ pub fn estimate(
     config: &ReplayConfig,
 ) -> Result<Estimate, Error> {
     let counters = &replayed.counters;
-    let mut demands =
-        Pass::ALL.map(|pass| Demand::of(pass, counters.pass(pass), replayed.resident_warps, &config.gpu));
-    demands[Pass::Output as usize].add_flush(&counters.flush, &config.gpu);
+    let mut demands = Pass::ALL.map(|pass| {
+        let resident_warps = replayed.resident_warps[pass as usize];
+        Demand::of(pass, counters.pass(pass), resident_warps, &config.gpu)
+    });
+    demands[config.technique.last_shading() as usize].add_flush(&counters.flush, &config.gpu);
     let mut seconds = [0.0; Pass::COUNT];
     let mut deciding = [NO_BOUND; Pass::COUNT];
     let mut longest = (0.0, NO_BOUND);
     let (mut stack, mut residual) = (Vec::new(), 0.0_f64);
-    for phase in PHASES {
+    for phase in phases(&config.technique) {
         let of_phase: Vec<Demand> = phase.iter().map(|&pass| demands[pass as usize]).collect();
         let mut together = PassCounters::default();
         phase.iter().for_each(|&pass| together += *counters.pass(pass));
@@ -189,7 +191,7 @@ pub(crate) fn phase_seconds(
 }
 
 fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
-    let TrafficCounters { node, primitive, index, normal, stack, vertex, image } =
+    let TrafficCounters { node, primitive, index, normal, stack, vertex, image, record } =
         replayed.counters.total().traffic;
     let bytes = &replayed.buffers;
     let paths = &config.gpu.paths;
@@ -210,6 +212,7 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
         of("stacks", bytes.stack, stack, &paths.private),
         of("vertices", bytes.vertex, vertex, &paths.vertex),
         of("images", bytes.image, image, &paths.texture),
+        of("records", bytes.record, record, &paths.ssbo),
     ];
     all.into_iter().filter(|buffer| buffer.line_accesses > 0).collect()
 }
@@ -252,7 +255,8 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
         format!("Nodes lie in {} order.", config.node_order.name()),
         format!(
             "{} warps of {} lanes are resident per core, from the register count of the cost table.",
-            replayed.resident_warps, gpu.cores.warp_width
+            replayed.resident_warps[Pass::Output as usize],
+            gpu.cores.warp_width
         ),
     ];
     sentences.extend(technique_assumptions(header, config));

@@ -2,7 +2,7 @@
 
 use super::bounds::{Bound, Demand, path};
 use super::contention::{InPhase, LATENCY};
-use crate::config::Gpu;
+use crate::config::{Gpu, HitShading, Launch, Technique};
 use crate::counters::{Pass, PassCounters};
 use crate::error::Error;
 use crate::replay::Replayed;
@@ -18,11 +18,9 @@ pub struct StackPart {
     pub seconds: f64,
 }
 
-/// Passes that the GPU runs at the same time: their rays come from the same shader. The phases follow each other.
-pub(super) const PHASES: [&[Pass]; 4] = [
-    &[Pass::Binning],
-    &[Pass::Geometry],
-    &[
+/// Passes that the GPU runs at the same time, phase after phase: those of one shader.
+pub(super) fn phases(technique: &Technique) -> &'static [&'static [Pass]] {
+    const RAYS: [Pass; 9] = [
         Pass::Primary,
         Pass::Shadow,
         Pass::SoftShadow,
@@ -32,9 +30,29 @@ pub(super) const PHASES: [&[Pass]; 4] = [
         Pass::Diffuse,
         Pass::DiffuseShadow,
         Pass::Output,
-    ],
-    &[Pass::Present],
-];
+    ];
+    const OF_A_FRAME: [&[Pass]; 4] = [&[Pass::Binning], &[Pass::Geometry], &RAYS, &[Pass::Present]];
+    const IN_PLACE: [&[Pass]; 1] =
+        [&[Pass::ScreenSpace, Pass::Reflection, Pass::ReflectionShadow, Pass::Output]];
+    const LISTED: [&[Pass]; 2] =
+        [&[Pass::ScreenSpace], &[Pass::Reflection, Pass::ReflectionShadow, Pass::Output]];
+    const BY_MATERIAL: [&[Pass]; 6] = [
+        &[Pass::ScreenSpace],
+        &[Pass::Reflection],
+        &[Pass::BucketCount],
+        &[Pass::BucketOffset],
+        &[Pass::BucketCopy],
+        &[Pass::HitShading, Pass::ReflectionShadow],
+    ];
+    match &technique.reflections {
+        None => &OF_A_FRAME,
+        Some(reflections) => match (reflections.launch, reflections.hit_shading) {
+            (_, HitShading::VisibilityBuffer) => &BY_MATERIAL,
+            (Launch::Pixel, HitShading::Uber) => &IN_PLACE,
+            (Launch::Buffer, HitShading::Uber) => &LISTED,
+        },
+    }
+}
 
 /// The time of a phase.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,6 +122,8 @@ impl PhaseTime {
             }
             Record::Simulated(None) | Record::Windows(None) => {}
         }
+        time.seconds += demand.dispatch;
+        add(&mut time.stack, "dispatches", demand.dispatch);
         let missing = largest.seconds - time.seconds;
         if missing > 0.0 {
             time.seconds = largest.seconds;

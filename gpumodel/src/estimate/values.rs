@@ -181,9 +181,9 @@ impl PassValues<'_> {
 
     /// Bytes from memory for the loads of shaders, textures apart.
     fn shader_reads(&self) -> u64 {
-        let TrafficCounters { node, primitive, index, normal, stack, vertex: _, image: _ } =
+        let TrafficCounters { node, primitive, index, normal, stack, vertex: _, image: _, record } =
             self.pass.traffic;
-        [node, primitive, index, normal, stack].iter().map(|traffic| traffic.dram_read_bytes).sum()
+        [node, primitive, index, normal, stack, record].iter().map(|traffic| traffic.dram_read_bytes).sum()
     }
 
     /// Traffic of all that is no image.

@@ -356,7 +356,7 @@ fn beyond(gpu: &Gpu, path: &[usize]) -> [f64; MAX_LEVELS] {
 
 /// The first path that leads through the same levels, so that accesses that take either need not be told apart.
 fn first_alike(hierarchy: &Hierarchy, path: PathId, paths: KindPaths) -> PathId {
-    let KindPaths { ssbo, texture, private, vertex, traversal } = paths;
+    let KindPaths { ssbo, texture, private, vertex, traversal, atomic } = paths;
     let alike = |other: &PathId| hierarchy.path(*other) == hierarchy.path(path);
-    [ssbo, texture, private, vertex, traversal].into_iter().find(alike).unwrap_or(path)
+    [ssbo, texture, private, vertex, traversal, atomic].into_iter().find(alike).unwrap_or(path)
 }

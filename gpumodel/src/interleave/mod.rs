@@ -41,13 +41,15 @@ pub(crate) struct KindPaths {
     pub(crate) vertex: PathId,
     /// Of what a traversal reads.
     pub(crate) traversal: PathId,
+    /// Of what atomics change.
+    pub(crate) atomic: PathId,
 }
 
 impl KindPaths {
     /// `ids` are those of [`Gpu::hierarchy`]; traversals are those of the ray unit, or of shaders.
     pub(crate) fn new(ids: &[PathId], by_ray_unit: bool) -> Self {
         let traversal = if by_ray_unit { ids[4] } else { ids[0] };
-        Self { ssbo: ids[0], texture: ids[1], private: ids[2], vertex: ids[3], traversal }
+        Self { ssbo: ids[0], texture: ids[1], private: ids[2], vertex: ids[3], traversal, atomic: ids[5] }
     }
 
     /// A compute stage stores into an image as into a storage buffer; it is read as a texture. Triangles that are shaded in a pass that traces are
@@ -60,6 +62,8 @@ impl KindPaths {
             BufferKind::Image | BufferKind::Attachment => self.texture,
             BufferKind::Stack => self.private,
             BufferKind::Vertex => self.vertex,
+            BufferKind::Record => self.ssbo,
+            BufferKind::Counter => self.atomic,
         }
     }
 }
@@ -278,6 +282,15 @@ impl Interleaver {
         self.caches.delays.clear();
         // Time begins anew with the next phase, as it does on empty cores.
         self.shared_until.fill(0.0);
+    }
+
+    /// From now on a core holds so many warps; it is empty.
+    pub(crate) fn set_resident_warps(&mut self, warps: u32) {
+        debug_assert!(self.waiting.is_empty() && self.occupied.iter().all(|&warps| warps == 0));
+        self.slots = warps as usize;
+        let slots = self.cores * self.slots;
+        self.resident.resize_with(slots, Slot::default);
+        self.ready = vec![f64::INFINITY; slots];
     }
 
     /// Writes dirty lines back; everything has been drained.

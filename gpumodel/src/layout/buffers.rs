@@ -43,10 +43,13 @@ pub(crate) enum BufferKind {
     Vertex = 5,
     Image = 6,
     Attachment = 7,
+    Record = 8,
+    /// Words that atomics change.
+    Counter = 9,
 }
 
 impl BufferKind {
-    pub(crate) const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 10] = [
         Self::Node,
         Self::Primitive,
         Self::Index,
@@ -55,6 +58,8 @@ impl BufferKind {
         Self::Vertex,
         Self::Image,
         Self::Attachment,
+        Self::Record,
+        Self::Counter,
     ];
 }
 
@@ -75,13 +80,15 @@ pub struct BufferBytes {
     pub vertex: u64,
     /// Images and attachments that one pass writes and another reads.
     pub image: u64,
+    /// Rays, hits and their orders, which one compute pass lists for another.
+    pub record: u64,
 }
 
 impl BufferBytes {
     /// All buffers together.
     pub fn total(&self) -> u64 {
-        let Self { node, primitive, index, normal, stack, vertex, image } = self;
-        [node, primitive, index, normal, stack, vertex, image].into_iter().sum()
+        let Self { node, primitive, index, normal, stack, vertex, image, record } = self;
+        [node, primitive, index, normal, stack, vertex, image, record].into_iter().sum()
     }
 }
 
@@ -269,6 +276,7 @@ impl Buffers {
             stack: stack_stride * u64::from(warps),
             vertex: triangle_bytes * u64::from(topology.triangles),
             image: images,
+            record: 0,
         };
         let end = next / VEC4_BYTES;
         if end > u64::from(u32::MAX) {

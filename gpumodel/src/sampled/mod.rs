@@ -16,7 +16,7 @@ pub use goal::{Attempt, Goal};
 pub use interval::Intervals;
 
 use crate::config::Technique;
-use crate::counters::FrameCounters;
+use crate::counters::{FrameCounters, Pass};
 use crate::engine::{Engine, Finished};
 use crate::error::Error;
 use crate::estimate::{Estimate, estimate};
@@ -168,7 +168,7 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         }
         counters.stalls = source.stalls();
         let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
-        let resident_warps = *resident_warps;
+        let resident_warps = [*resident_warps; Pass::COUNT];
         Replayed { counters, maps: None, structure_bytes, buffers, resident_warps, phases, timed: None }
     }
 }

@@ -49,6 +49,24 @@ impl Emitter {
         if program.attachments > 0 {
             self.pixels(program, Pass::Output, BufferKind::Attachment, &warp.rays, index, rect);
         }
+        self.trace_rays(program, warp)?;
+        self.turns.spend(program.output);
+        if program.writes_image {
+            self.pixels(program, Pass::Output, BufferKind::Image, &warp.rays, index, rect);
+        }
+        if !program.writes_image {
+            let pixels = warp.rays.iter().filter(|&&ray| ray != HELPER).count() as u32;
+            self.turns.open.output_bytes += pixels * program.output_bytes;
+        }
+        self.end_warp(program);
+        Ok(())
+    }
+
+    /// The steps of a warp's rays, and the shading of what they hit.
+    ///
+    /// # Errors
+    /// As [`Self::trace`].
+    pub(crate) fn trace_rays(&mut self, program: &Program, warp: &WarpSteps) -> Result<(), String> {
         for (set, &kind) in program.lanes.kinds.iter().enumerate().filter(|&(_, &kind)| program.traces(kind))
         {
             let pass = Pass::of(kind);
@@ -61,8 +79,7 @@ impl Emitter {
             }
             // Shading comes between a ray and those that start at its hit.
             let shaded_lanes = warp.sets[set].shaded_lanes;
-            if shaded_lanes > 0 {
-                let (pass, cost) = program.shading(kind);
+            if let Some((pass, cost)) = program.shading(kind).filter(|_| shaded_lanes > 0) {
                 self.turns.spend(cost);
                 let buffers = &program.buffers;
                 let triangles = warp.shaded(set).iter().copied();
@@ -74,16 +91,44 @@ impl Emitter {
                 part.end_turn(true);
             }
         }
-        self.turns.spend(program.output);
-        if program.writes_image {
-            self.pixels(program, Pass::Output, BufferKind::Image, &warp.rays, index, rect);
-        }
-        if !program.writes_image {
-            let pixels = warp.rays.iter().filter(|&&ray| ray != HELPER).count() as u32;
-            self.turns.open.output_bytes += pixels * program.output_bytes;
-        }
-        self.end_warp(program);
         Ok(())
+    }
+
+    /// A load or store of a warp outside of any traversal: `bytes` of each lane at these addresses, in bytes. Textures are read quad by quad.
+    pub(crate) fn access(
+        &mut self,
+        program: &Program,
+        pass: Pass,
+        (kind, write, bytes): (BufferKind, bool, u32),
+        addresses: impl Iterator<Item = u64> + Clone,
+    ) {
+        let shift = program.line_shift(kind, write);
+        let lines = addresses.map(|address| (address >> shift) as u32);
+        let mut part = self.part(program, pass, Share::Own);
+        part.by_ray_unit = false;
+        let access = Access { kind, write, bytes, repeats: 1 };
+        if kind != BufferKind::Attachment {
+            let active = lines.clone().count() as u32;
+            return if active > 0 {
+                part.touch(access, lines, active)
+            };
+        }
+        let mut left = lines;
+        loop {
+            let quad = left.clone().take(QUAD);
+            let active = quad.clone().count() as u32;
+            if active == 0 {
+                break;
+            }
+            let samples = (f64::from(active) / program.texture_samples_per_clock).ceil() as u32;
+            part.sample(access, quad, active, samples);
+            left.nth(active as usize - 1);
+        }
+    }
+
+    /// Ends the turn of a warp outside of any traversal.
+    pub(crate) fn end_turn(&mut self, program: &Program, pass: Pass, waits: bool) {
+        self.part(program, pass, Share::Own).end_turn(waits);
     }
 
     /// The steps of a ray set, with what each costs. Loop control, and steps that touch no memory, are shared out evenly.
@@ -307,12 +352,23 @@ impl Part<'_> {
         self.count(access, found, active);
     }
 
+    /// A texture read of `active` lanes of a quad, which takes the texture unit so many cycles.
+    fn sample(&mut self, access: Access, lines: impl Iterator<Item = u32> + Clone, active: u32, cycles: u32) {
+        let found = self.distinct.filter(lines, self.writer.lines());
+        self.count_cycles(access, found, active, cycles.max(found as u32));
+    }
+
     #[inline(always)]
     fn count(&mut self, access: Access, found: usize, active: u32) {
+        let words = if self.by_ray_unit { 0 } else { (active * access.bytes) as usize / 4 };
+        let port_cycles = (found as u32).max(self.program.lanes.port_cycles[words]);
+        self.count_cycles(access, found, active, port_cycles);
+    }
+
+    #[inline(always)]
+    fn count_cycles(&mut self, access: Access, found: usize, active: u32, port_cycles: u32) {
         let Access { kind, write, bytes, repeats } = access;
         let bytes = active * bytes;
-        let words = if self.by_ray_unit { 0 } else { bytes as usize / 4 };
-        let port_cycles = (found as u32).max(self.program.lanes.port_cycles[words]);
         let run = Run::new(self.pass, kind, write, found, repeats);
         self.writer.push(run.with_port_cycles(port_cycles));
         let (repeats, lines) = (u64::from(repeats), found as u64);
@@ -451,6 +507,9 @@ impl Part<'_> {
         Ok(())
     }
 }
+
+/// Lanes that the texture unit serves together.
+const QUAD: usize = 4;
 
 /// A load or store of a warp.
 #[derive(Clone, Copy)]

@@ -9,7 +9,7 @@ use super::steps::{SetSteps, Tally, TileTally, WarpStep};
 use crate::config::{Cost, SecondaryCosts};
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
-use crate::layout::{Buffers, NodeRecords, PrimitiveLayout, Reads};
+use crate::layout::{BufferKind, Buffers, NodeRecords, PrimitiveLayout, Reads};
 use crate::replay::{Fidelity, ReplayConfig};
 use tracer::{NodeFetch, Op, RayKind, TraceHeader};
 
@@ -35,6 +35,8 @@ pub(crate) struct Program {
     shade: Cost,
     /// Of what another ray hits.
     hit_shade: Cost,
+    /// In which pass hits of reflection rays are shaded; `None` where they are kept for later.
+    reflection_shading: Option<Pass>,
     pub(super) output: Cost,
     /// Of a full-screen quad that reads an image.
     pub(crate) present: Cost,
@@ -45,14 +47,16 @@ pub(crate) struct Program {
     pub(super) output_bytes: u32,
     pub(super) image_line_shift: u32,
     pub(super) texture_line_shift: u32,
+    counter_line_shift: u32,
+    pub(super) texture_samples_per_clock: f64,
 }
 
 /// Which rays warps trace, and what a load of theirs takes.
 #[derive(PartialEq, Eq)]
 pub(super) struct Lanes {
     pub(super) kinds: Vec<RayKind>,
-    /// Primary rays are traced, and hits shaded from their triangles.
-    traces_primary: bool,
+    /// Rays whose hits another pass has found: that rasterised the geometry, or traced them.
+    known: Option<RayKind>,
     pub(super) warp_width: u32,
     /// Clocks that the load/store port takes for so many words of 4 bytes: up to 16 bytes for each lane.
     pub(super) port_cycles: Box<[u32; 4 * 64 + 1]>,
@@ -97,16 +101,23 @@ impl Program {
         let attachments = technique.raster.map_or(0, |raster| raster.attachments_in_memory().len() as u32);
         let compact = header.normals && config.primitive_layout == PrimitiveLayout::Compact;
         let compact_normal = if compact { shared.compact_normal } else { Cost::default() };
-        let hit_shade = with_loads(sum(&[shared.shade, compact_normal]), buffers.shading_reads.loads);
+        let shade = match config.costs.reflections() {
+            Some(costs) if technique.reflections.is_some() => costs.fetch,
+            _ => shared.shade,
+        };
+        let hit_shade = with_loads(sum(&[shade, compact_normal]), buffers.shading_reads.loads);
         let shade = if technique.raster.is_some() { shared.decode_normal } else { hit_shade };
         let kinds: Vec<RayKind> = header.ray_sets.iter().map(|set| set.kind).collect();
         let secondary = config.costs.secondary(header)?;
+        // Passes over lists make rays, and read and write what they take and leave, apart from tracing.
+        let over_lists = technique.reflections.is_some();
         let setup = |kind: RayKind| {
             let SecondaryCosts { sample, light_point, reflection_ray, cosine_ray } = secondary;
             let making = match kind {
                 RayKind::Primary => shared.camera_ray,
                 RayKind::Shadow | RayKind::ReflectionShadow | RayKind::DiffuseShadow => shared.shadow_ray,
                 RayKind::SoftShadow => sum(&[sample, light_point, shared.shadow_ray]),
+                RayKind::Reflection if over_lists => Cost::default(),
                 RayKind::Reflection => sum(&[sample, reflection_ray]),
                 RayKind::AmbientOcclusion | RayKind::Diffuse => sum(&[sample, cosine_ray]),
             };
@@ -117,7 +128,7 @@ impl Program {
         Ok(Self {
             lanes: Lanes {
                 kinds,
-                traces_primary: technique.raster.is_none(),
+                known: technique.raster.is_some().then_some(RayKind::Primary),
                 warp_width: config.gpu.cores.warp_width,
                 port_cycles: Box::new(std::array::from_fn(|words| {
                     (4 * words as u32).div_ceil(config.gpu.load_store.bytes_per_clock)
@@ -136,18 +147,33 @@ impl Program {
             setups: RayKind::ALL.map(setup),
             shade,
             hit_shade,
-            output: sum(&[
-                with_loads(shared.output, attachments + u32::from(writes_image)),
-                if technique.raster.is_some() { shared.unproject } else { Cost::default() },
-            ]),
+            reflection_shading: Some(Pass::Reflection),
+            output: if over_lists {
+                Cost::default()
+            } else {
+                sum(&[
+                    with_loads(shared.output, attachments + u32::from(writes_image)),
+                    if technique.raster.is_some() { shared.unproject } else { Cost::default() },
+                ])
+            },
             present: with_loads(shared.present, 1),
             attachments,
             writes_image,
-            output_bytes: config.gpu.output.bytes_per_pixel,
+            output_bytes: if over_lists { 0 } else { config.gpu.output.bytes_per_pixel },
             image_line_shift: line_shift(&config.gpu.paths.ssbo),
             texture_line_shift: line_shift(&config.gpu.paths.texture),
+            counter_line_shift: line_shift(config.gpu.atomic_path()),
+            texture_samples_per_clock: config.gpu.texture.samples_per_clock,
             buffers,
         })
+    }
+
+    /// The same program over a list of reflection rays: those of a kind may be `known` from a pass before, and what reflection rays hit is
+    /// shaded in the pass `shading`, or kept for later.
+    pub(crate) fn over_list(mut self, known: Option<RayKind>, shading: Option<Pass>) -> Self {
+        self.lanes.known = known;
+        self.reflection_shading = shading;
+        self
     }
 
     /// Whether warps of the same shape ask the same of memory here as in `other` where they read nodes and use their stacks, and no
@@ -167,7 +193,7 @@ impl Program {
     }
 
     pub(super) fn traces(&self, kind: RayKind) -> bool {
-        self.lanes.traces_primary || kind != RayKind::Primary
+        self.lanes.known != Some(kind)
     }
 
     /// Node records that a ray's step reads.
@@ -199,7 +225,7 @@ impl Program {
         }
         // A rasterised hit is shaded too.
         for (set, &kind) in tally.sets.iter().zip(&self.lanes.kinds) {
-            let (pass, cost) = self.shading(kind);
+            let Some((pass, cost)) = self.shading(kind) else { continue };
             let shading = &mut issue[pass as usize];
             shading.shaded += set.shaded_lanes;
             self.spend(cost, set.shaded_warps, set.shaded_lanes, shading);
@@ -303,10 +329,20 @@ impl Program {
     }
 
     /// The pass in which hits of rays are shaded, and what a warp issues for that.
-    pub(super) fn shading(&self, kind: RayKind) -> (Pass, Cost) {
+    pub(super) fn shading(&self, kind: RayKind) -> Option<(Pass, Cost)> {
         match kind {
-            RayKind::Primary => (Pass::Output, self.shade),
-            _ => (Pass::of(kind), self.hit_shade),
+            RayKind::Primary => Some((Pass::Output, self.shade)),
+            RayKind::Reflection => self.reflection_shading.map(|pass| (pass, self.hit_shade)),
+            _ => Some((Pass::of(kind), self.hit_shade)),
+        }
+    }
+
+    /// Bits of a line's size on the way of a load or store that no traversal makes.
+    pub(super) fn line_shift(&self, kind: BufferKind, write: bool) -> u32 {
+        match kind {
+            BufferKind::Image | BufferKind::Attachment if !write => self.texture_line_shift,
+            BufferKind::Counter => self.counter_line_shift,
+            _ => self.image_line_shift,
         }
     }
 

@@ -9,7 +9,7 @@ use super::ray_unit::{UnitTally, UnitTests};
 use crate::replay::ReplayConfig;
 use crate::schedule::{HELPER, LaneMap};
 use std::ops::Range;
-use tracer::{LoopStructure, NOT_CAST, Op, RayKind, RaySet, RaySetId, Tile, TileRect, Topology, TraceHeader};
+use tracer::{LoopStructure, NOT_CAST, Op, RaySet, Tile, TileRect, Topology, TraceHeader};
 
 /// Steps and trips of a ray set, by how many warps and how many lanes took them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -187,7 +187,7 @@ impl Stepper {
         for (index, (set, &id)) in tile.ray_sets.iter().zip(ids).enumerate() {
             let start = warp.used;
             let source = id.source(ids).map(|source| tile.ray_sets[source].hits.as_slice());
-            let traced = || lanes().filter(|&(_, &ray)| is_traced(set, id, source, ray as usize));
+            let traced = || lanes().filter(|&(_, &ray)| is_traced(set, source, ray as usize));
             let count = if wanted[index] { traced().count() } else { 0 };
             let tally = &mut tally.sets[index];
             let (trips, taken) = (tally.warp_trips, tally.warp_steps);
@@ -227,11 +227,12 @@ impl Stepper {
     }
 }
 
-/// A ray that misses the box of a kd-tree takes no step, and yet has been made. `source` are the hits that the set's rays start from.
-fn is_traced(set: &RaySet, id: RaySetId, source: Option<&[u32]>, ray: usize) -> bool {
+/// A ray that misses the box of a kd-tree takes no step, and yet has been made. `source` are the hits that the set's rays start from, where
+/// the frame has those.
+fn is_traced(set: &RaySet, source: Option<&[u32]>, ray: usize) -> bool {
     let has_steps = !set.range(ray).is_empty();
-    let due = source.is_some_and(|hits| hits[ray] < NOT_CAST) && set.hits[ray] != NOT_CAST;
-    id.kind == RayKind::Primary || has_steps || due
+    let due = source.is_none_or(|hits| hits[ray] < NOT_CAST) && set.hits[ray] != NOT_CAST;
+    has_steps || due
 }
 
 /// Writes steps into words.

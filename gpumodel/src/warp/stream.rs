@@ -76,12 +76,13 @@ impl Run {
     const LINES: u32 = 0x7F;
     const REPEAT_SHIFT: u32 = 7;
     const REPEATS: u32 = 0x1F;
-    const CLASS_SHIFT: u32 = 12;
-    const CLASS_BITS: u32 = 4;
+    const KEY_SHIFT: u32 = 12;
     /// Kinds that are written: their classes are the last ones, those of reads the numbers of the kinds.
-    const WRITTEN: [BufferKind; 3] = [BufferKind::Node, BufferKind::Stack, BufferKind::Image];
-    const FIRST_WRITTEN: u32 = (1 << Self::CLASS_BITS) - Self::WRITTEN.len() as u32;
-    const PASS_SHIFT: u32 = Self::CLASS_SHIFT + Self::CLASS_BITS;
+    const WRITTEN: [BufferKind; 4] =
+        [BufferKind::Node, BufferKind::Stack, BufferKind::Image, BufferKind::Record];
+    const FIRST_WRITTEN: u32 = BufferKind::ALL.len() as u32;
+    /// Classes of each pass.
+    const CLASSES: u32 = Self::FIRST_WRITTEN + Self::WRITTEN.len() as u32;
     const LAST: u32 = 1 << 20;
     pub(super) const CROSSES: u32 = 1 << 21;
     pub(super) const BEGINS: u32 = 1 << 22;
@@ -97,8 +98,7 @@ impl Run {
         Self(
             lines as u32
                 | repeats << Self::REPEAT_SHIFT
-                | Self::class(kind, write) << Self::CLASS_SHIFT
-                | (pass as u32) << Self::PASS_SHIFT,
+                | (pass as u32 * Self::CLASSES + Self::class(kind, write)) << Self::KEY_SHIFT,
         )
     }
 
@@ -110,6 +110,7 @@ impl Run {
             (BufferKind::Node, true) => Self::FIRST_WRITTEN,
             (BufferKind::Stack, true) => Self::FIRST_WRITTEN + 1,
             (BufferKind::Image, true) => Self::FIRST_WRITTEN + 2,
+            (BufferKind::Record, true) => Self::FIRST_WRITTEN + 3,
             (_, true) => unreachable!("no warp writes {kind:?}"),
         }
     }
@@ -162,13 +163,14 @@ impl Run {
     /// Buffer, pass and direction as one small number.
     #[inline(always)]
     pub(crate) fn key(self) -> usize {
-        (self.0 >> Self::CLASS_SHIFT) as usize % Self::KEYS
+        (self.0 >> Self::KEY_SHIFT) as usize % Self::KEYS
     }
 
     /// What a key stands for; `None` for a number that no run has.
     pub(crate) fn of_key(key: usize) -> Option<(Pass, BufferKind, bool)> {
-        let class = key & ((1 << Self::CLASS_BITS) - 1);
-        let pass = Pass::ALL.get(key >> Self::CLASS_BITS)?;
+        let classes = Self::CLASSES as usize;
+        let class = key % classes;
+        let pass = Pass::ALL.get(key / classes)?;
         let written = class.checked_sub(Self::FIRST_WRITTEN as usize);
         let kind = match written {
             Some(place) => Self::WRITTEN.get(place)?,

@@ -1,0 +1,94 @@
+//! Reflections over a G-buffer, by compute dispatches one after the other: a march through the depth buffer, ray queries for what the screen
+//! does not show, and shading, by the shader that traces or sorted by material (Calvo Lista, Vulkanised 2026).
+//!
+//! What rays hit, and in which order they lie in lists, is executed ([`ordering`](crate::ordering)); what that costs goes through the same warps,
+//! caches and queues as every other frame. The G-buffer is there already, in memory.
+
+mod dispatch;
+mod frame;
+mod lanes;
+mod listing;
+mod lists;
+mod march;
+mod prices;
+mod rays;
+mod sort;
+
+use self::prices::Prices;
+use crate::config::Reflections as Technique;
+use crate::error::Error;
+use crate::replay::{Fidelity, ReplayConfig, Replayed};
+use tracer::reflections::{ReflectionTracer, Reflections};
+use tracer::{Aabb, TraceHeader};
+
+/// A frame of reflections, as the tracer knows it.
+pub struct ReflectionFrame<'a> {
+    /// Its rays, and what becomes of them.
+    pub reflections: &'a Reflections<'a>,
+    /// Traces its rays in an order, with shadow rays from what they hit or without.
+    pub list: &'a ListTracer<'a>,
+    /// By triangle, the shader of its material, from 0.
+    pub shaders: &'a [u32],
+    /// The scene's box.
+    pub bounds: Aabb,
+}
+
+/// Traces reflection rays in an order.
+pub type ListTracer<'a> =
+    dyn Fn(Vec<u32>, Shadows) -> Result<ReflectionTracer<'a>, tracer::Error> + Sync + 'a;
+
+/// Whether shadow rays are traced from what reflection rays hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shadows {
+    /// They are.
+    Traced,
+    /// They are not.
+    None,
+}
+
+/// Replays a frame of reflections; the second result is its header, over the pixels of the image.
+///
+/// # Errors
+/// When the configuration's technique has no reflections or cannot run on its GPU, or a list of rays cannot be traced.
+pub fn replay_reflections<'a>(
+    frame: &'a ReflectionFrame<'a>,
+    config: &'a ReplayConfig,
+) -> Result<(Replayed, TraceHeader), Error> {
+    let Some(technique) = &config.technique.reflections else {
+        return Err(refuse(config, "has no [reflections]", "use one of reflections-*"));
+    };
+    if config.fidelity == Fidelity::Timed {
+        let problem = "has several shaders, which are not simulated event by event";
+        return Err(refuse(config, problem, "use --fidelity replay"));
+    }
+    let prices = Prices::of(&config.costs).ok_or_else(|| Error::Config {
+        file: "table of shader costs".to_owned(),
+        line: None,
+        key: String::new(),
+        problem: "it has no [secondary] or no [reflections]".to_owned(),
+        remedy: "add them, as configs/costs.toml has".to_owned(),
+    })?;
+    let atomics = config.gpu.atomics.as_ref().ok_or_else(|| Error::Config {
+        file: config.gpu.name().to_owned(),
+        line: None,
+        key: String::new(),
+        problem: "it has no [atomics]".to_owned(),
+        remedy: "add it, as configs/gpus/mali-g715.toml has".to_owned(),
+    })?;
+    frame::Replay::new(frame, config, technique, prices, atomics).run()
+}
+
+fn refuse(config: &ReplayConfig, problem: &str, remedy: &str) -> Error {
+    Error::Config {
+        file: config.technique.name.clone(),
+        line: None,
+        key: String::new(),
+        problem: problem.to_owned(),
+        remedy: remedy.to_owned(),
+    }
+}
+
+fn size(reflections: &Reflections<'_>) -> (u32, u32) {
+    let [width, height] = reflections.gbuffer().size();
+    (width, height)
+}

@@ -1,0 +1,114 @@
+//! Frames of reflections: what each machine's technique makes of the rays of one G-buffer.
+
+use crate::frame::Frame;
+use crate::machine::Machine;
+use crate::meter::{Meter, timed};
+use crate::progress::Progress;
+use crate::report::{Answer, Before, of_frame};
+use anyhow::bail;
+use gpumodel::reflections::{ListTracer, ReflectionFrame, Shadows, replay_reflections};
+use gpumodel::{QueryOrigin, ScreenSpace};
+use scenes::Scene;
+use tracer::Aabb;
+use tracer::reflections::{GBuffer, March, Outcome, ReflectionSettings, ReflectionTracer, Reflections};
+
+/// Shaders of a scene whose triangles all have one material.
+const ASSIGNED_SHADERS: u32 = 32;
+/// Cells of the scene's box along each axis, whose triangles are given one shader.
+const CELLS: f32 = 8.0;
+
+/// Reports of one frame on machines whose techniques have reflections.
+pub(crate) fn answers(
+    frame: &Frame<'_>,
+    machines: &[&Machine],
+    before: &Before,
+    meter: &Meter,
+) -> anyhow::Result<Vec<Answer>> {
+    let Some(surfaces) = frame.reflecting() else {
+        bail!(
+            "{}: no surface is smooth enough to reflect; add --force mirror or --force glossy, or choose another technique",
+            frame.scene().name
+        );
+    };
+    let gbuffer = {
+        let _progress = Progress::spinner("tracing the G-buffer");
+        let [width, height] = frame.size();
+        GBuffer::trace(&frame.structure, frame.triangles(), frame.view(), width, height)
+    };
+    let topology = frame.structure.topology();
+    let bounds = frame.triangles().iter().map(Aabb::of_triangle).fold(Aabb::EMPTY, Aabb::union);
+    let (shaders, materials_note) = shaders(frame.scene(), frame.triangles(), &bounds);
+    let mut answers = Vec::new();
+    for machine in machines {
+        let Some(technique) = &machine.config.technique.reflections else { continue };
+        let _progress = Progress::spinner("marching, tracing and replaying");
+        let (replayed, seconds) = timed(|| {
+            let reflections = Reflections::new(
+                &gbuffer,
+                ReflectionSettings {
+                    surfaces: &surfaces,
+                    seed: frame.reflection_seed(),
+                    march: match technique.screen_space {
+                        ScreenSpace::None => None,
+                        ScreenSpace::Linear => Some(March::LINEAR),
+                        ScreenSpace::Hierarchical => Some(March::HIERARCHICAL),
+                    },
+                    origin: match technique.query_origin {
+                        QueryOrigin::Surface => tracer::reflections::QueryOrigin::Surface,
+                        QueryOrigin::LastPosition => tracer::reflections::QueryOrigin::LastFree,
+                    },
+                },
+            );
+            let list = |order: Vec<u32>, shadows: Shadows| -> Result<ReflectionTracer<'_>, tracer::Error> {
+                let lights = if shadows == Shadows::Traced { frame.hit_lights() } else { Vec::new() };
+                frame.reflection_tracer(reflections.rays(), order, lights)
+            };
+            let list: &ListTracer<'_> = &list;
+            let of = ReflectionFrame { reflections: &reflections, list, shaders: &shaders, bounds };
+            replay_reflections(&of, &machine.config)
+                .map(|(replayed, header)| (replayed, header, coverage_note(reflections.outcomes())))
+        });
+        let (replayed, mut header, coverage) = replayed?;
+        header.remarks = frame.remarks(false);
+        header.remarks.notes.extend([coverage, materials_note.clone()]);
+        answers.push(of_frame(&header, &topology, machine, replayed, (before, seconds), meter)?);
+    }
+    Ok(answers)
+}
+
+/// By triangle, the shader of its material, and what a report says of it.
+fn shaders(scene: &Scene, triangles: &[scenes::Triangle], bounds: &Aabb) -> (Vec<u32>, String) {
+    let meshes = scene.instances.iter().map(|instance| &scene.meshes[instance.mesh as usize]);
+    let own: Vec<u32> = meshes.flat_map(|mesh| mesh.materials.iter().copied()).collect();
+    if own.iter().any(|&material| material != own[0]) {
+        return (own, "Every material has its own shader.".to_owned());
+    }
+    let extent = bounds.extent().max(scenes::Vec3::splat(f32::MIN_POSITIVE));
+    let shader = |triangle: &scenes::Triangle| {
+        let middle = (triangle.v[0] + triangle.v[1] + triangle.v[2]) / 3.0;
+        let cell = ((middle - bounds.min) / extent * CELLS).floor().min(scenes::Vec3::splat(CELLS - 1.0));
+        // Three primes: neighbours differ, and which shaders meet says nothing of the scene.
+        let [x, y, z] = cell.to_array().map(|cell| cell as u32);
+        (x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791))
+            % ASSIGNED_SHADERS
+    };
+    let note = format!(
+        "The scene has one material: for reflections its box was cut into {CELLS}x{CELLS}x{CELLS} cells, and the triangles of each were given one of \
+         {ASSIGNED_SHADERS} shaders by a hash of the cell."
+    );
+    (triangles.iter().map(shader).collect(), note)
+}
+
+/// Which part of the image is what.
+fn coverage_note(outcomes: &[Outcome]) -> String {
+    let share = |of: fn(&Outcome) -> bool| {
+        100.0 * outcomes.iter().filter(|outcome| of(outcome)).count() as f64 / outcomes.len() as f64
+    };
+    format!(
+        "Of the pixels, the screen answers {:.1} % and ray queries {:.1} %; {:.1} % are too rough to reflect, and {:.1} % are sky.",
+        share(|outcome| matches!(outcome, Outcome::ScreenHit { .. })),
+        share(|outcome| *outcome == Outcome::Query),
+        share(|outcome| *outcome == Outcome::Fallback),
+        share(|outcome| *outcome == Outcome::Sky),
+    )
+}
