@@ -220,7 +220,7 @@ fn record(
     measurements: &mut Measurements,
 ) {
     for metric in metrics {
-        if let Some(value) = metrics::of_replay(metric, answer, &machine.config.gpu) {
+        if let Some(value) = metrics::of_replay(metric, answer, &machine.config) {
             match value {
                 Ok(value) => measurements.figure(setup, metric, value),
                 Err(reason) => measurements.absent(setup, metric, &reason),

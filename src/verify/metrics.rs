@@ -2,7 +2,8 @@
 
 use crate::frame::Frame;
 use crate::report::Answer;
-use gpumodel::{BufferTraffic, CacheRole, Gpu, IssueCounters, Pass};
+use gpumodel::ordering::AtomicStrategy;
+use gpumodel::{BufferTraffic, CacheRole, IssueCounters, Pass, ReplayConfig};
 use std::time::Instant;
 use tracer::{Query, RayOffset, Silent};
 
@@ -10,7 +11,8 @@ use tracer::{Query, RayOffset, Silent};
 const CPU_RUNS: u32 = 3;
 
 /// A metric of a replayed frame, or why there is none; `None` for a metric that is not of this kind.
-pub(super) fn of_replay(metric: &str, answer: &Answer, gpu: &Gpu) -> Option<Result<f64, String>> {
+pub(super) fn of_replay(metric: &str, answer: &Answer, config: &ReplayConfig) -> Option<Result<f64, String>> {
+    let gpu = &config.gpu;
     let counters = &answer.replayed.counters;
     let issue = counters.total().issue;
     let IssueCounters {
@@ -36,6 +38,22 @@ pub(super) fn of_replay(metric: &str, answer: &Answer, gpu: &Gpu) -> Option<Resu
             match level.map(|level| nodes.levels[level]) {
                 Some(served) => per(served.misses, served.accesses, "accesses"),
                 None => Err("buffers do not go through a cache of that level".to_owned()),
+            }
+        }
+        "atomics_per_queued_ray" => {
+            // An add, and a maximum for the size of the next dispatch.
+            let adds = counters.pass(Pass::ScreenSpace).issue.atomics / 2;
+            per(adds, counters.pass(Pass::Reflection).issue.rays, "rays that are put into a buffer")
+        }
+        "buckets_per_warp" => {
+            let strategy = config.technique.reflections.as_ref().map(|reflections| reflections.atomics);
+            let width = u64::from(gpu.cores.warp_width);
+            let warps = counters.pass(Pass::Reflection).issue.rays.div_ceil(width);
+            match strategy {
+                Some(AtomicStrategy::Subgroup | AtomicStrategy::Ballot) => {
+                    per(counters.pass(Pass::BucketCount).issue.atomics, warps, "rays")
+                }
+                _ => Err("only atomics by subgroups are one for each bucket of a warp".to_owned()),
             }
         }
         "secondary_ms" => time_of(answer, |pass| !OF_PRIMARY_HITS.map(Pass::name).contains(&pass)),
