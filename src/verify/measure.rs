@@ -233,3 +233,90 @@ fn record(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reports::claims::{Outcome, Verdict};
+
+    const HEAD: &str = r#"
+[paper]
+letter = "Z"
+citation = "Anon. 2000"
+image = [16, 16]
+[[scene]]
+name = "box"
+title = "Box"
+files = []
+stand_in = "cornell"
+why = "alike"
+[axes]
+traversal = ["wide-bvh-stack"]
+gpu = ["mali-g715", "mali-g1-ultra"]
+ray-sets = ["mirror", "hard-shadows"]
+force = ["default", "mirror"]
+shadow-query = ["default", "closest-hit"]
+technique = ["hybrid", "reflections-hybrid", "reflections-visibility-buffer", "reflections-by-magic"]
+[defaults]
+traversal = "wide-bvh-stack"
+gpu = "mali-g715"
+ray-sets = "mirror"
+force = "mirror"
+shadow-query = "default"
+technique = "hybrid"
+[variants]
+plain = { gpu = "mali-g715" }
+shadows = { ray-sets = "hard-shadows", force = "default" }
+closest = { ray-sets = "hard-shadows", force = "default", shadow-query = "closest-hit" }
+listed = { technique = "reflections-hybrid" }
+sorted = { technique = "reflections-visibility-buffer" }
+magic = { technique = "reflections-by-magic" }
+[metrics]
+reflection_hits = { unit = "rays", definition = "hits" }
+"rays:reflection shadow rays" = { unit = "rays", definition = "rays" }
+"pass_ms:bucket count+bucket copy" = { unit = "ms", definition = "time" }
+"pass_ms:bucket count" = { unit = "ms", definition = "time" }
+"node_fetches:shadow rays" = { unit = "fetches", definition = "fetches" }
+secondary_ms = { unit = "ms", definition = "time" }
+buckets_per_warp = { unit = "buckets", definition = "mean" }
+"#;
+
+    fn verdict(keys: &str) -> Verdict {
+        let head = "[[claim]]\nid = \"Z1\"\nstatement = \"It works\"\nwhere = \"1\"\nkind = \"order\"\n[[claim.test]]\n";
+        let claims = ClaimSet::parse(&format!("{HEAD}\n{head}{keys}\n"), "z.toml").expect("a claim file");
+        let conditions = Conditions { scenes: None, image: claims.paper.image, maps: &|_| false };
+        let measured = all(&claims, &conditions, &Meter::start()).expect("a built-in scene");
+        claims.evaluate(&measured.measurements).remove(0)
+    }
+
+    #[test]
+    fn counters_of_passes_and_audits_of_traces_are_of_the_same_frame() {
+        for keys in [
+            "rule = \"property\"\nmetric = \"rays:reflection shadow rays / reflection_hits\"\nof = \"plain\"\nequals = 1",
+            "rule = \"order\"\nmetric = \"node_fetches:shadow rays\"\nascending = [\"shadows\", \"closest\"]\neffect = 0",
+            "rule = \"property\"\nmetric = \"buckets_per_warp\"\nof = \"sorted\"\nat_least = 1",
+            "rule = \"property\"\nmetric = \"pass_ms:bucket count / pass_ms:bucket count+bucket copy\"\nof = \"sorted\"\nat_most = 0.99",
+        ] {
+            let found = verdict(keys);
+            assert_eq!(found.outcome, Outcome::Reproduced, "{}", found.why);
+        }
+    }
+
+    #[test]
+    fn what_a_frame_does_not_have_is_named_and_so_is_a_technique_that_there_is_not() {
+        for (keys, expected) in [
+            (
+                "rule = \"property\"\nmetric = \"pass_ms:bucket count\"\nof = \"listed\"\nat_least = 0",
+                "the frame has no such pass",
+            ),
+            (
+                "rule = \"property\"\nmetric = \"secondary_ms\"\nof = \"magic\"\nat_least = 0",
+                "--technique reflections-by-magic",
+            ),
+        ] {
+            let found = verdict(keys);
+            assert_ne!(found.outcome, Outcome::Reproduced, "{}", found.why);
+            assert!(found.why.contains(expected), "{}", found.why);
+        }
+    }
+}

@@ -61,6 +61,10 @@ pub(super) fn of_replay(metric: &str, answer: &Answer, config: &ReplayConfig) ->
             let (counter, passes) = metric.split_once(':')?;
             match counter {
                 "pass_ms" => time_of(answer, |pass| passes.split('+').any(|name| name == pass)),
+                "simt_efficiency" => {
+                    let sum = |id| sum_of(answer, id, |pass| passes.split('+').any(|name| name == pass));
+                    sum("alu_operations").and_then(|active| Ok(active / sum("alu_operations_issued")?))
+                }
                 _ => of_pass(answer, counter, passes),
             }
         }
@@ -73,9 +77,14 @@ const OF_PRIMARY_HITS: [Pass; 5] =
 
 /// The time of all passes of these names that the frame has.
 fn time_of(answer: &Answer, of: impl Fn(&str) -> bool) -> Result<f64, String> {
+    sum_of(answer, "frame_time_ms", of)
+}
+
+/// A counter's sum over all passes of these names that the frame has.
+fn sum_of(answer: &Answer, counter: &str, of: impl Fn(&str) -> bool) -> Result<f64, String> {
     let passes = answer.report.passes.iter().filter(|pass| of(&pass.name));
-    let times = passes.filter_map(|pass| pass.counters.get("frame_time_ms")?.value.as_f64());
-    times.reduce(|sum, time| sum + time).ok_or_else(|| "the frame has no such pass".to_owned())
+    let figures = passes.filter_map(|pass| pass.counters.get(counter)?.value.as_f64());
+    figures.reduce(|sum, figure| sum + figure).ok_or_else(|| "the frame has no such pass".to_owned())
 }
 
 /// A counter of one pass.
