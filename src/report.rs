@@ -11,7 +11,7 @@ use gpumodel::{Attempt, HeatMaps, Maps, PrimitiveOrder, Replayed, Sampled, Sampl
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
+use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
 
 /// Pixels above this percentile share the heat map's last colour.
 pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
@@ -217,6 +217,7 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
         triangles: header.triangles,
         ray_sets: of_first_sample(header).map(|set| set.kind.name().to_owned()).collect(),
         samples_per_pixel: samples_per_pixel(header),
+        shadow_query: (header.shadow_query != Query::Any).then(|| header.shadow_query.name().to_owned()),
         sah_costs: header.sah_costs,
         short_stack: header.short_stack,
         trail_bits: header.trail_bits,
