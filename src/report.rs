@@ -14,7 +14,7 @@ use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
+use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
 
 /// Program and version.
 pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
@@ -235,6 +235,7 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
         triangles: header.triangles,
         ray_sets: of_first_sample(header).map(|set| set.kind.name().to_owned()).collect(),
         samples_per_pixel: samples_per_pixel(header),
+        shadow_query: (header.shadow_query != Query::Any).then(|| header.shadow_query.name().to_owned()),
         sah_costs: header.sah_costs,
         short_stack: header.short_stack,
         trail_bits: header.trail_bits,

@@ -8,6 +8,9 @@ use reports::claims::{ClaimSet, SceneRole, Setup};
 use reports::heat_map::{Panel, Panels, ScaleEnd, write_panels_png};
 use std::fmt::Write;
 
+/// The paper, by the letter of its claims.
+const LETTER: &str = "A";
+
 /// The traversals of the paper, as setups and as the paper name them.
 const TRAVERSALS: [(&str, &str); 4] = [
     ("kd backtrack", "KD-Backtrack"),
@@ -66,6 +69,11 @@ impl Place<'_> {
 
 fn base<'a>(scene: &'a str, traversal: &'a str) -> Place<'a> {
     Place { scene, traversal, layout: LAYOUTS[0], technique: TECHNIQUES[0], costs: CHOSEN }
+}
+
+/// Whether these are the claims of the paper whose figures are drawn here.
+pub(crate) fn is_of(claims: &ClaimSet) -> bool {
+    claims.paper.letter == LETTER
 }
 
 /// Setups whose heat maps the figures show.
