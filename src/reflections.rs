@@ -29,6 +29,9 @@ fn omissions() -> [Omission; 2] {
     .map(|(what, why)| Omission { what: what.to_owned(), why: why.to_owned() })
 }
 
+/// What decides which rays are left for ray queries, and where they start.
+type Rays = (ScreenSpace, QueryOrigin);
+
 /// Reports of one frame on machines whose techniques have reflections.
 pub(crate) fn answers(
     frame: &Frame<'_>,
@@ -51,33 +54,38 @@ pub(crate) fn answers(
     let topology = frame.structure.topology();
     let bounds = frame.triangles().iter().map(Aabb::of_triangle).fold(Aabb::EMPTY, Aabb::union);
     let (shaders, materials_note) = shaders(frame.scene(), frame.triangles(), &bounds);
+    let march = |(screen_space, origin): Rays| {
+        let march = match screen_space {
+            ScreenSpace::None => None,
+            ScreenSpace::Linear => Some(March::LINEAR),
+            ScreenSpace::Hierarchical => Some(March::HIERARCHICAL),
+        };
+        let origin = match origin {
+            QueryOrigin::Surface => tracer::reflections::QueryOrigin::Surface,
+            QueryOrigin::LastPosition => tracer::reflections::QueryOrigin::LastFree,
+        };
+        let seed = frame.reflection_seed();
+        Reflections::new(&gbuffer, ReflectionSettings { surfaces: &surfaces, seed, march, origin })
+    };
+    let mut marched: Vec<(Rays, Reflections<'_>)> = Vec::new();
     let mut answers = Vec::new();
     for machine in machines {
         let Some(technique) = &machine.config.technique.reflections else { continue };
         let _progress = Progress::spinner("marching, tracing and replaying");
+        let rays = (technique.screen_space, technique.query_origin);
         let (replayed, seconds) = timed(|| {
-            let reflections = Reflections::new(
-                &gbuffer,
-                ReflectionSettings {
-                    surfaces: &surfaces,
-                    seed: frame.reflection_seed(),
-                    march: match technique.screen_space {
-                        ScreenSpace::None => None,
-                        ScreenSpace::Linear => Some(March::LINEAR),
-                        ScreenSpace::Hierarchical => Some(March::HIERARCHICAL),
-                    },
-                    origin: match technique.query_origin {
-                        QueryOrigin::Surface => tracer::reflections::QueryOrigin::Surface,
-                        QueryOrigin::LastPosition => tracer::reflections::QueryOrigin::LastFree,
-                    },
-                },
-            );
+            let known = marched.iter().position(|(others, _)| *others == rays);
+            let place = known.unwrap_or_else(|| {
+                marched.push((rays, march(rays)));
+                marched.len() - 1
+            });
+            let reflections = &marched[place].1;
             let list = |order: Vec<u32>, shadows: Shadows| -> Result<ReflectionTracer<'_>, tracer::Error> {
                 let lights = if shadows == Shadows::Traced { frame.hit_lights() } else { Vec::new() };
                 frame.reflection_tracer(reflections.rays(), order, lights)
             };
             let list: &ListTracer<'_> = &list;
-            let of = ReflectionFrame { reflections: &reflections, list, shaders: &shaders, bounds };
+            let of = ReflectionFrame { reflections, list, shaders: &shaders, bounds };
             replay_reflections(&of, &machine.config, maps)
                 .map(|replayed| (replayed, coverage_note(reflections.outcomes())))
         });
