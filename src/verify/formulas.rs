@@ -40,6 +40,7 @@ fn normal_error(offset: f64) -> f64 {
 }
 
 /// Largest difference between the groups that the rays of a buffer ask for, each by its place in it, and those that they need.
+#[expect(clippy::manual_div_ceil, reason = "the printed formula is under test")]
 fn group_count_error() -> u32 {
     let error = |threads: u32| {
         let mut asked = 0;
