@@ -19,7 +19,7 @@ use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;
 use bounds::{Demand, path};
 use time::{PhaseTime, Record, add, phases};
-use tracer::{LoopStructure, RayKind, Topology, TraceHeader};
+use tracer::{Accel, LoopStructure, RayKind, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
 /// What a frame costs.
@@ -316,6 +316,21 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
              since no shader of it was compiled."
                 .to_owned(),
         );
+    }
+    if header.accel == Accel::TwoLevel {
+        sentences.push(
+            "Records of instances, 128 bytes each, lie behind the TLAS, and each BLAS begins at a multiple of 256 bytes; a ray reads 64 bytes of \
+             an instance's record."
+                .to_owned(),
+        );
+        let estimates = config.costs.two_level_estimates();
+        if gpu.ray_unit_for(header).is_some() {
+            sentences.push(
+                "The ray unit transforms rays at no cost of its own, and walks a binary TLAS, as the trace has it.".to_owned(),
+            );
+        } else if !estimates.is_empty() {
+            sentences.push(format!("Estimated figures of the cost table, for two levels: {}.", estimates.join(", ")));
+        }
     }
     if has_secondary(header) {
         let estimates = config.costs.secondary_estimates();
