@@ -71,8 +71,7 @@ impl<'a> Frame<'a> {
     /// Builds the structure.
     pub(crate) fn build(scene: &'a LoadedScene, settings: &FrameSettings) -> anyhow::Result<Self> {
         let _progress = Progress::spinner("building the structure");
-        let (structure, build_s) =
-            timed(|| built(scene, settings));
+        let (structure, build_s) = timed(|| built(scene, settings));
         let rays = settings.rays.over(scene.scene.rays);
         let needs = scene.scene.needs_of(&rays);
         let structure = structure?;
@@ -253,7 +252,8 @@ impl<'a> Frame<'a> {
 fn built(scene: &LoadedScene, settings: &FrameSettings) -> Result<AccelerationStructure, tracer::Error> {
     match settings.traversal {
         Traversal::TwoLevelStack { format } => {
-            let triangles = |mesh: &Mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect();
+            let triangles =
+                |mesh: &Mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect();
             let meshes: Vec<_> = scene.scene.meshes.iter().map(triangles).collect();
             AccelerationStructure::build_two_level(&meshes, &scene.scene.instances, format, &settings.build)
         }

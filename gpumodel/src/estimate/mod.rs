@@ -329,7 +329,10 @@ fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig)
                 "The ray unit transforms rays at no cost of its own, and walks a binary TLAS, as the trace has it.".to_owned(),
             );
         } else if !estimates.is_empty() {
-            sentences.push(format!("Estimated figures of the cost table, for two levels: {}.", estimates.join(", ")));
+            sentences.push(format!(
+                "Estimated figures of the cost table, for two levels: {}.",
+                estimates.join(", ")
+            ));
         }
     }
     if has_secondary(header) {

@@ -11,8 +11,8 @@
 
 use super::VEC4_BYTES;
 use super::instanced::InstancedTriangles;
-use super::order::NodeOrder;
 use super::node::NodeLayout;
+use super::order::NodeOrder;
 use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
 use super::tree::{TreeBuffers, TreePlaces};
@@ -151,7 +151,8 @@ fn records(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> 
 pub(crate) fn normal_bytes(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
     let of_record = config.primitive_layout.records().bytes() - TriangleRecords::WITHOUT_NORMALS.bytes();
     let of_vertices = config.technique.raster.map_or(0, |_| CORNERS * u64::from(VECTOR_BYTES));
-    records(header, topology, config) * u64::from(of_record) + u64::from(topology.stored_triangles()) * of_vertices
+    records(header, topology, config) * u64::from(of_record)
+        + u64::from(topology.stored_triangles()) * of_vertices
 }
 
 /// What the cores add to the addresses of a stream: where private memory lies, and where tile memory goes.

@@ -262,8 +262,17 @@ mod tests {
     }
 
     fn any_list(longest: usize) -> impl Strategy<Value = Vec<(Op, u32)>> {
-        let ops =
-            [Op::Pop, Op::Restart, Op::Up, Op::Node, Op::Push, Op::Instance, Op::Primitive, Op::Node, Op::Primitive];
+        let ops = [
+            Op::Pop,
+            Op::Restart,
+            Op::Up,
+            Op::Node,
+            Op::Push,
+            Op::Instance,
+            Op::Primitive,
+            Op::Node,
+            Op::Primitive,
+        ];
         let step = (0..ops.len(), 0_u32..1000).prop_map(move |(op, id)| (ops[op], id));
         prop::collection::vec(step, 0..longest)
     }

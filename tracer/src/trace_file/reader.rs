@@ -148,8 +148,8 @@ impl TraceFile {
             stalls,
         };
         let raw = trace.read_chunk(0, STRUCTURE_SEED)?;
-        trace.topology = shape::decode_topology(&raw, &trace.header)
-            .map_err(|problem| trace.format_error(0, problem))?;
+        trace.topology =
+            shape::decode_topology(&raw, &trace.header).map_err(|problem| trace.format_error(0, problem))?;
         if trace.topology.triangles != trace.header.triangles {
             let problem = format!(
                 "a tree over {} triangles, {} in the header",

@@ -67,14 +67,16 @@ impl Topology {
             }
             let (first_node, first_reference) = (nodes.len() as u32, references.len() as u32);
             nodes.extend(blas.nodes.iter().map(|node| node.moved(first_node, first_reference)));
-            references.extend(blas.references.iter().map(|&reference| first_reference.wrapping_add(reference)));
+            references
+                .extend(blas.references.iter().map(|&reference| first_reference.wrapping_add(reference)));
             places.push(BlasPlace {
                 nodes: first_node..nodes.len() as u32,
                 references: first_reference..references.len() as u32,
             });
         }
         let levels = Levels { tlas_nodes, tlas_references, blases: places, meshes };
-        let triangles = levels.scene_triangles().ok_or("more triangles in all instances than ids can name")?;
+        let triangles =
+            levels.scene_triangles().ok_or("more triangles in all instances than ids can name")?;
         Ok(Self { nodes, references, triangles, levels: Some(levels) })
     }
 
