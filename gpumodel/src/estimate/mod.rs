@@ -1,5 +1,6 @@
 //! From whole numbers to time and a profiler's counters.
 
+mod assumptions;
 mod bounds;
 mod contention;
 mod forced;
@@ -11,15 +12,15 @@ pub use bounds::Bound;
 pub use forced::ForcedCost;
 pub use time::StackPart;
 
-use crate::config::{Attachments, Gpu, RayScheduling, Stage, has_secondary};
+use crate::config::Gpu;
 use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
 use crate::error::Error;
-use crate::layout::{NodeRecords, PrimitiveOrder};
-use crate::replay::{Fidelity, ReplayConfig, Replayed};
+use crate::replay::{ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;
+use assumptions::assumptions;
 use bounds::{Demand, path};
 use time::{PhaseTime, Record, add, phases};
-use tracer::{Accel, LoopStructure, RayKind, Topology, TraceHeader};
+use tracer::{RayKind, Topology, TraceHeader};
 use values::{FrameValues, PassValues};
 
 /// What a frame costs.
@@ -217,183 +218,8 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
     all.into_iter().filter(|buffer| buffer.line_accesses > 0).collect()
 }
 
-/// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.
-const COMPILED_TRAIL_BITS: u32 = 32;
-
 /// Of a phase that does nothing.
 const NO_BOUND: &str = "none";
-
-fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
-    let gpu = &config.gpu;
-    let provenance = gpu.provenance();
-    let known = provenance.measured + provenance.vendor + provenance.driver;
-    let loops = match header.loop_structure {
-        LoopStructure::WhileWhile => "while-while: all lanes of a warp search, then all test triangles",
-        LoopStructure::IfIf => "if-if: one search step, then at most one triangle, per trip",
-        LoopStructure::SingleLoop => {
-            "a single loop: one search step per trip, lanes in a leaf finish their triangles"
-        }
-    };
-    let mut sentences = vec![
-        format!(
-            "{} figures of {} are estimates or from specification sites, {known} are measured or from its maker or driver.",
-            provenance.estimate + provenance.aggregator,
-            gpu.name()
-        ),
-        match config.fidelity {
-            Fidelity::Replay => "Time comes from queues: the warps of a core take turns at its ALU, EFU and load/store port, and all cores at \
-                                 shared caches and memory, by what each 256th of the frame asks of them on average; phases follow each other."
-                .to_owned(),
-            Fidelity::Timed => "Time is simulated event by event; instructions of a warp follow each other without a gap, and a turn computes \
-                                without interruption; fixed-function units enter by their rates; phases follow each other."
-                .to_owned(),
-        },
-        "Operation counts are those of the cost table, every step at its full path; the built-in table counts what a compiler made of the \
-         shaders for the Adreno 540.".to_owned(),
-        "A node fetch reads the whole record in 16-byte loads.".to_owned(),
-        format!("The traversal loops {loops}."),
-        format!("Nodes lie in {} order.", config.node_order.name()),
-        format!(
-            "{} warps of {} lanes are resident per core, from the register count of the cost table.",
-            replayed.resident_warps[Pass::Output as usize],
-            gpu.cores.warp_width
-        ),
-    ];
-    sentences.extend(technique_assumptions(header, config));
-    match config.node_records {
-        NodeRecords::Packed => {}
-        NodeRecords::Padded => {
-            sentences.push("Node records are padded to a power of two bytes.".to_owned());
-        }
-        NodeRecords::ChildBoxes => sentences.push(
-            "A node record of 64 bytes holds the boxes of both children; leaves have none, and the root's box is a constant."
-                .to_owned(),
-        ),
-    }
-    match config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel)) {
-        PrimitiveOrder::Leaf => sentences.push("Triangles lie in the order of the leaves.".to_owned()),
-        PrimitiveOrder::Indexed => {
-            sentences.push("Triangles lie in file order and are found through an index list.".to_owned());
-        }
-    }
-    if let Some(unit) = gpu.ray_unit_for(header) {
-        let together = match unit.scheduling {
-            RayScheduling::Warp => {
-                format!("the rays of a warp that are at one node together, {} at a time", unit.rays_together)
-            }
-            RayScheduling::Ray => "each ray by itself".to_owned(),
-        };
-        let estimated = gpu.estimates().iter().any(|key| key.starts_with("ray_unit."));
-        sentences.push(format!(
-            "A ray unit of each core walks the structure and keeps the stacks; it tests {together}, {} boxes or {} triangles per clock{}.",
-            unit.boxes_per_clock,
-            unit.triangles_per_clock,
-            if estimated { ", of which some figures are estimates" } else { "" }
-        ));
-        sentences.push(
-            "A ray in the unit takes one step, then at most one triangle, before the next step of any ray of its warp; what it reads holds the \
-             load/store port for a cycle per line."
-                .to_owned(),
-        );
-    } else if header.stack_entries > 0 {
-        sentences.push(format!(
-            "The stack of {} entries of 8 bytes is in private memory, interleaved by lane, and passes the caches.",
-            header.stack_entries
-        ));
-    }
-    if header.short_stack > 0 {
-        sentences.push(format!("The short stack of {} entries is in registers.", header.short_stack));
-    }
-    if header.trail_bits.is_some_and(|bits| bits > COMPILED_TRAIL_BITS) {
-        sentences.push(format!(
-            "The built-in operation counts and registers are those of a trail of {COMPILED_TRAIL_BITS} bits, the only one that was compiled: \
-             a longer one costs more."
-        ));
-    }
-    if !header.normals {
-        sentences.push(
-            "Triangles have no normals, so records of all layouts are 48 bytes; shading reads their vertices and is charged as with normals, \
-             since no shader of it was compiled."
-                .to_owned(),
-        );
-    }
-    if header.accel == Accel::TwoLevel {
-        sentences.push(
-            "Records of instances, 128 bytes each, lie behind the TLAS, and each BLAS begins at a multiple of 256 bytes; a ray reads 64 bytes of \
-             an instance's record."
-                .to_owned(),
-        );
-        let estimates = config.costs.two_level_estimates();
-        if gpu.ray_unit_for(header).is_some() {
-            sentences.push(
-                "The ray unit transforms rays at no cost of its own, and walks a binary TLAS, as the trace has it.".to_owned(),
-            );
-        } else if !estimates.is_empty() {
-            sentences.push(format!(
-                "Estimated figures of the cost table, for two levels: {}.",
-                estimates.join(", ")
-            ));
-        }
-    }
-    if has_secondary(header) {
-        let estimates = config.costs.secondary_estimates();
-        if !estimates.is_empty() {
-            sentences.push(format!(
-                "Estimated operation counts of the cost table, for rays that start at a hit: {}.",
-                estimates.join(", ")
-            ));
-        }
-        sentences.push(
-            "All rays of a pixel are one shader, set after set; its registers are those of a shader of primary and hard shadow rays, the \
-             only one that was compiled. What reflection and diffuse rays hit is shaded as primary hits are."
-                .to_owned(),
-        );
-    }
-    if !has_rays(header, RayKind::Shadow) && !has_secondary(header) {
-        sentences.push(
-            "The built-in register counts are those of a shader that also traces shadow rays; none without was compiled.".to_owned(),
-        );
-    }
-    sentences
-}
-
-fn technique_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
-    let mut sentences = Vec::new();
-    let estimates = config.technique.estimates();
-    if !estimates.is_empty() {
-        sentences.push(format!("Estimated figures of the technique: {}.", estimates.join(", ")));
-    }
-    match config.technique.stage {
-        Stage::Fragment if config.technique.raster.is_none() => sentences.push(
-            "The hit, its shading and all rays of a pixel are one fragment shader; primary rays are traced, not rasterised."
-                .to_owned(),
-        ),
-        Stage::Fragment => {}
-        Stage::Compute { workgroup: [width, height] } => sentences.push(format!(
-            "A compute shader in workgroups of {width}x{height} traces and writes an image of 4 bytes per pixel, 4x4 pixels side by side; a \
-             full-screen quad reads it as a texture."
-        )),
-    }
-    if let Some(raster) = config.technique.raster {
-        sentences.push(format!(
-            "The geometry is drawn without back-face culling, as three vertices of {} bytes per triangle: positions once for binning, all \
-             again for every bin that a triangle touches; early depth test in file order.",
-            raster.vertex_stride(header.normals)
-        ));
-        sentences.push(
-            "All bins are rasterised before the first shadow ray; the GPU goes bin by bin, which moves the same bytes.".to_owned(),
-        );
-        sentences.push(match raster.attachments {
-            Attachments::Tile => {
-                "Normal and depth, 4 bytes per pixel each, stay in tile memory and are read back by framebuffer fetch.".to_owned()
-            }
-            Attachments::Memory => {
-                "Normal and depth, 4 bytes per pixel each, are written to DRAM and read as textures.".to_owned()
-            }
-        });
-    }
-    sentences
-}
 
 fn left_out(replayed: &Replayed, config: &ReplayConfig) -> Vec<LeftOut> {
     let mut entries = vec![
