@@ -31,3 +31,26 @@ impl InstancedTriangles {
         self.stored[instance] + (triangle - self.first[instance])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tracer::TopologyNode;
+
+    #[test]
+    fn triangles_of_instances_are_those_of_their_mesh_with_empty_meshes_between() {
+        let leaf = |count: u32| Topology {
+            nodes: vec![TopologyNode::Leaf { first: 0, count }],
+            references: (0..count).collect(),
+            triangles: count,
+            levels: None,
+        };
+        let meshes = vec![1, 0, 2, 0, 1, 2];
+        let tlas = Topology { references: (0..6).collect(), triangles: 6, ..leaf(6) };
+        let topology = Topology::of_two_levels(tlas, vec![leaf(3), leaf(0), leaf(2)], meshes).expect("valid");
+        topology.validate().expect("valid");
+        let triangles = InstancedTriangles::new(&topology).expect("two levels");
+        let stored: Vec<u32> = (0..topology.triangles).map(|triangle| triangles.stored(triangle)).collect();
+        assert_eq!(stored, [0, 1, 2, 3, 4, 0, 1, 2, 3, 4]);
+    }
+}
