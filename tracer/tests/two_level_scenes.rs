@@ -124,7 +124,7 @@ fn two_levels_come_back_from_a_file_and_steps_into_unknown_instances_do_not() {
                 let steps = tile.ray_sets.iter().flat_map(|set| &set.steps);
                 entered += steps.filter(|step| step.op() == Op::Instance).count();
             }
-            assert!(entered > 4096, "{entered}");
+            assert!(entered > 1000, "{entered}");
 
             for (instance, is_known) in [(6, true), (7, false)] {
                 let enter = |tile: &mut Tile| {
@@ -178,6 +178,6 @@ fn links_that_leave_their_tree_or_lead_nowhere_are_refused() {
         assert!(refusal(&|_, levels| levels.tlas_nodes = u32::MAX).contains("a BLAS of nodes"));
         assert!(refusal(&|bad, _| bad.triangles += 1).contains("triangles of the scene"));
         assert!(refusal(&|bad, _| bad.references[0] = levels.blases[1].references.start).contains(&in_blas));
-        assert!(refusal(&|_, levels| drop(levels.blases.pop())).contains("no BLAS"));
+        assert!(refusal(&|_, levels| drop(levels.blases.pop())).contains("do not fill the lists"));
     });
 }

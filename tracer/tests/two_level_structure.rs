@@ -209,7 +209,8 @@ fn the_deepest_trees_of_both_levels_fit_the_stack_that_is_stated() {
         }
         depths.into_iter().max().unwrap()
     };
-    let (tlas, blas) = (depth(&topology.tlas.nodes), depth(&topology.blases[0].tree.nodes));
+    let trees = topology.trees();
+    let (tlas, blas) = (depth(&trees[0].1.nodes), depth(&trees[1].1.nodes));
     assert!(tlas > 20 && blas > 31, "deeper than balanced trees: {tlas} and {blas}");
     assert_eq!(structure.stack_entries(), tlas + blas + 1);
 
