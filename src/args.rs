@@ -161,9 +161,10 @@ pub(crate) struct CompareArgs {
     /// Built-in scenes, .obj, .obj.zst, .gltf, .glb, or scene files .toml.
     #[arg(default_value = DEFAULT_SCENE, value_name = "SCENE")]
     pub(crate) scenes: Vec<String>,
-    /// What varies: traversal, ct-ci, short-stack, gpu, technique, layout, primitive-order, node-records, node-order, or a
-    /// figure of the GPU such as cache.uche.size; with values as in layout=padded+split, ct-ci=3:1.5+1:3.5,
-    /// cache.uche.size=65536+131072, else all of them; ct-ci=fine is a grid of 36.
+    /// What varies: traversal, ct-ci, short-stack, node-format, ray-sets, force, spp, shadow-query, gpu, technique, layout,
+    /// primitive-order, node-records, node-order, ray-unit, or a figure of the GPU such as cache.uche.size; with values as in
+    /// layout=padded+split, ct-ci=3:1.5+1:3.5, ray-sets=mirror+hard-shadows:ao, cache.uche.size=65536+131072, else all of them;
+    /// ct-ci=fine is a grid of 36.
     #[arg(long, value_name = "AXIS[=V+V]", value_delimiter = ',', required = true)]
     pub(crate) vary: Vec<String>,
     /// What to print.
@@ -282,7 +283,8 @@ pub(crate) struct HardwareArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct ClaimsArgs {
-    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU.
+    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU; C is Calvo Lista 2026, ray tracing and reflections on
+    /// Mali GPUs.
     #[arg(long, value_name = "LETTER")]
     pub(crate) paper: String,
     /// Folder with the paper's scenes; built-in ones stand in for those that are not there.
@@ -294,7 +296,7 @@ pub(crate) struct ClaimsArgs {
     /// What to print.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
-    /// Also write the verdicts, and the counterparts of the paper's charts and heat maps, into this folder.
+    /// Also write the verdicts, and for A the counterparts of its charts and heat maps, into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
@@ -460,6 +462,10 @@ pub(crate) struct FrameArgs {
     /// Draws other rays [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) ray_seed: Option<u32>,
+    /// What shadow rays ask for: whether anything is hit, or, as without gl_RayFlagsTerminateOnFirstHitEXT, what is closest
+    /// [default: any-hit].
+    #[arg(long, value_name = "QUERY", value_parser = PossibleValuesParser::new(tracer::Query::ALL.map(tracer::Query::name)))]
+    pub(crate) shadow_query: Option<String>,
     /// Radius of the sphere that each light is to soft shadows [default: 1/20 of the scene's radius].
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub(crate) light_radius: Option<f32>,

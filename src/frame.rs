@@ -103,6 +103,7 @@ impl<'a> Frame<'a> {
         let tracer =
             FrameTracer::new(&self.structure, &self.settings.build, triangles, identity, rays, lights)
                 .with_secondary(secondary)
+                .with_shadow_query(self.settings.shadow_query)
                 .with_remarks(remarks)
                 .with_forced(self.settings.features.forced(&self.needs));
         if self.has(Feature::Normals) { tracer } else { tracer.without_normals() }
@@ -148,7 +149,8 @@ impl<'a> Frame<'a> {
         let LoadedScene { scene, triangles, .. } = self.scene;
         let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
         let build = &self.settings.build;
-        let tracer = ReflectionTracer::new(&self.structure, build, triangles, identity, rays, order, lights)?;
+        let tracer = ReflectionTracer::new(&self.structure, build, triangles, identity, rays, order, lights)?
+            .with_shadow_query(self.settings.shadow_query);
         Ok(if self.has(Feature::Normals) { tracer } else { tracer.without_normals() })
     }
 

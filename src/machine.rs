@@ -165,7 +165,7 @@ fn set_reflections(technique: &mut Technique, args: &ReflectionArgs) -> anyhow::
 }
 
 /// The value of an option with a closed set of names.
-fn choice<T>(
+pub(crate) fn choice<T>(
     option: &str,
     name: &Option<String>,
     from_name: impl Fn(&str) -> Option<T>,

@@ -9,6 +9,7 @@ mod frame;
 mod machine;
 mod meter;
 mod output;
+mod pictures;
 mod progress;
 mod ray_sets;
 mod reflections;

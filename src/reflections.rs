@@ -6,8 +6,8 @@ use crate::meter::{Meter, timed};
 use crate::progress::Progress;
 use crate::report::{Answer, Before, of_frame};
 use anyhow::bail;
-use gpumodel::reflections::{ListTracer, ReflectionFrame, Shadows, replay_reflections};
-use gpumodel::{QueryOrigin, ScreenSpace};
+use gpumodel::reflections::{ListTracer, ReflectionFrame, ReplayedReflections, Shadows, replay_reflections};
+use gpumodel::{Maps, QueryOrigin, ScreenSpace};
 use scenes::Scene;
 use tracer::reflections::{GBuffer, March, Outcome, ReflectionSettings, ReflectionTracer, Reflections};
 use tracer::{Aabb, Omission};
@@ -29,10 +29,14 @@ fn omissions() -> [Omission; 2] {
     .map(|(what, why)| Omission { what: what.to_owned(), why: why.to_owned() })
 }
 
+/// What decides which rays are left for ray queries, and where they start.
+type Rays = (ScreenSpace, QueryOrigin);
+
 /// Reports of one frame on machines whose techniques have reflections.
 pub(crate) fn answers(
     frame: &Frame<'_>,
     machines: &[&Machine],
+    maps: Maps,
     before: &Before,
     meter: &Meter,
 ) -> anyhow::Result<Vec<Answer>> {
@@ -50,42 +54,54 @@ pub(crate) fn answers(
     let topology = frame.structure.topology();
     let bounds = frame.triangles().iter().map(Aabb::of_triangle).fold(Aabb::EMPTY, Aabb::union);
     let (shaders, materials_note) = shaders(frame.scene(), frame.triangles(), &bounds);
+    let march = |(screen_space, origin): Rays| {
+        let march = match screen_space {
+            ScreenSpace::None => None,
+            ScreenSpace::Linear => Some(March::LINEAR),
+            ScreenSpace::Hierarchical => Some(March::HIERARCHICAL),
+        };
+        let origin = match origin {
+            QueryOrigin::Surface => tracer::reflections::QueryOrigin::Surface,
+            QueryOrigin::LastPosition => tracer::reflections::QueryOrigin::LastFree,
+        };
+        let seed = frame.reflection_seed();
+        Reflections::new(&gbuffer, ReflectionSettings { surfaces: &surfaces, seed, march, origin })
+    };
+    let mut marched: Vec<(Rays, Reflections<'_>)> = Vec::new();
     let mut answers = Vec::new();
     for machine in machines {
         let Some(technique) = &machine.config.technique.reflections else { continue };
         let _progress = Progress::spinner("marching, tracing and replaying");
+        let rays = (technique.screen_space, technique.query_origin);
         let (replayed, seconds) = timed(|| {
-            let reflections = Reflections::new(
-                &gbuffer,
-                ReflectionSettings {
-                    surfaces: &surfaces,
-                    seed: frame.reflection_seed(),
-                    march: match technique.screen_space {
-                        ScreenSpace::None => None,
-                        ScreenSpace::Linear => Some(March::LINEAR),
-                        ScreenSpace::Hierarchical => Some(March::HIERARCHICAL),
-                    },
-                    origin: match technique.query_origin {
-                        QueryOrigin::Surface => tracer::reflections::QueryOrigin::Surface,
-                        QueryOrigin::LastPosition => tracer::reflections::QueryOrigin::LastFree,
-                    },
-                },
-            );
+            let known = marched.iter().position(|(others, _)| *others == rays);
+            let place = known.unwrap_or_else(|| {
+                marched.push((rays, march(rays)));
+                marched.len() - 1
+            });
+            let reflections = &marched[place].1;
             let list = |order: Vec<u32>, shadows: Shadows| -> Result<ReflectionTracer<'_>, tracer::Error> {
                 let lights = if shadows == Shadows::Traced { frame.hit_lights() } else { Vec::new() };
                 frame.reflection_tracer(reflections.rays(), order, lights)
             };
             let list: &ListTracer<'_> = &list;
-            let of = ReflectionFrame { reflections: &reflections, list, shaders: &shaders, bounds };
-            replay_reflections(&of, &machine.config)
-                .map(|(replayed, header)| (replayed, header, coverage_note(reflections.outcomes())))
+            let of = ReflectionFrame { reflections, list, shaders: &shaders, bounds };
+            replay_reflections(&of, &machine.config, maps)
+                .map(|replayed| (replayed, coverage_note(reflections.outcomes())))
         });
-        let (replayed, mut header, coverage) = replayed?;
+        let (ReplayedReflections { replayed, mut header, maps }, coverage) = replayed?;
         header.remarks = frame.remarks(false);
         header.remarks.left_out.retain(|entry| !MODELLED.contains(&entry.what.as_str()));
         header.remarks.left_out.extend(omissions());
         header.remarks.notes.extend([coverage, materials_note.clone()]);
-        answers.push(of_frame(&header, &topology, machine, replayed, (before, seconds), meter)?);
+        if maps.as_ref().is_some_and(|maps| maps.lane_slots.is_none()) {
+            header.remarks.left_out.push(Omission {
+                what: "divergence map".to_owned(),
+                why: "the ray unit takes each ray by itself, so that no lane waits for another".to_owned(),
+            });
+        }
+        let answer = of_frame(&header, &topology, machine, replayed, (before, seconds), meter)?;
+        answers.push(Answer { reflections: maps, ..answer });
     }
     Ok(answers)
 }

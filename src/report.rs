@@ -4,17 +4,17 @@ use crate::console;
 use crate::machine::Machine;
 use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
+use crate::pictures;
 use crate::progress::Progress;
 use crate::reflections;
 use crate::sample::Plan;
-use gpumodel::{Attempt, HeatMaps, Maps, PrimitiveOrder, Replayed, Sampled, Sampler};
+use gpumodel::reflections::ReflectionMaps;
+use gpumodel::{Attempt, Maps, PrimitiveOrder, RayScheduling, Replayed, Sampled, Sampler};
+use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
-use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, heat_map, json, text};
+use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
-
-/// Pixels above this percentile share the heat map's last colour.
-pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
+use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
 
 /// Program and version.
 pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
@@ -23,6 +23,10 @@ pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
 pub(crate) struct Answer {
     pub(crate) report: Report,
     pub(crate) replayed: Replayed,
+    /// Of a frame of reflections, where that was kept.
+    pub(crate) reflections: Option<ReflectionMaps>,
+    /// Of a ray unit that tests the rays of a warp together.
+    pub(crate) occupancy: Option<UnitOccupancy>,
 }
 
 /// What was measured before the replay.
@@ -80,7 +84,13 @@ pub(crate) fn of_frame(
     };
     let run = ran(fidelity, 1.0, before, replay_s, meter);
     let report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
-    Ok(Answer { report: with_vendor(report, machine, &Profiler::all()?), replayed })
+    let occupancy = occupancy(header, machine, &replayed);
+    Ok(Answer {
+        report: with_vendor(report, machine, &Profiler::all()?),
+        replayed,
+        reflections: None,
+        occupancy,
+    })
 }
 
 /// Replays a scene's frame on every machine, those together that trace the same rays in the same order.
@@ -101,7 +111,7 @@ pub(crate) fn frame_answers(
     }
     if !lists.is_empty() {
         let of_lists: Vec<&Machine> = lists.iter().map(|&index| &machines[index]).collect();
-        all.extend(lists.into_iter().zip(reflections::answers(frame, &of_lists, before, meter)?));
+        all.extend(lists.into_iter().zip(reflections::answers(frame, &of_lists, maps, before, meter)?));
     }
     all.sort_by_key(|&(index, _)| index);
     Ok(all.into_iter().map(|(_, answer)| answer).collect())
@@ -150,7 +160,15 @@ pub(crate) fn sampled_answer<S: TileSource>(
         let why = "a sample has no figure for every pixel".to_owned();
         report.left_out.push(LeftOut { what: "heat maps".to_owned(), why });
     }
-    Ok(Answer { report: with_vendor(report, machine, &profilers), replayed })
+    let occupancy = occupancy(header, machine, &replayed);
+    Ok(Answer { report: with_vendor(report, machine, &profilers), replayed, reflections: None, occupancy })
+}
+
+/// How many rays the machine's ray unit tested together, where it does so.
+fn occupancy(header: &TraceHeader, machine: &Machine, replayed: &Replayed) -> Option<UnitOccupancy> {
+    let gpu = &machine.config.gpu;
+    let unit = gpu.ray_unit_for(header).filter(|unit| unit.scheduling == RayScheduling::Warp);
+    unit.and_then(|_| UnitOccupancy::of(&replayed.counters, gpu.cores.warp_width))
 }
 
 /// What the run cost up to now.
@@ -217,6 +235,7 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
         triangles: header.triangles,
         ray_sets: of_first_sample(header).map(|set| set.kind.name().to_owned()).collect(),
         samples_per_pixel: samples_per_pixel(header),
+        shadow_query: (header.shadow_query != Query::Any).then(|| header.shadow_query.name().to_owned()),
         sah_costs: header.sah_costs,
         short_stack: header.short_stack,
         trail_bits: header.trail_bits,
@@ -241,101 +260,40 @@ pub(crate) struct ReportFiles {
     text: OutputFile,
     json: OutputFile,
     csv: OutputFile,
-    heat_maps: Vec<OutputFile>,
     folder: OutputFolder,
 }
 
 impl ReportFiles {
     pub(crate) fn create(folder: &Path) -> anyhow::Result<Self> {
         let folder = OutputFolder::create(folder)?;
-        let heat_map = |kind: &MapKind| folder.file(&format!("{}.png", kind.file));
+        pictures::names().iter().try_for_each(|name| folder.check(&[name]))?;
         Ok(Self {
             text: folder.file("report.txt")?,
             json: folder.file("report.json")?,
             csv: folder.file("counters.csv")?,
-            heat_maps: MAPS.iter().map(heat_map).collect::<anyhow::Result<_>>()?,
             folder,
         })
     }
 
-    /// Writes all files. A list of rays has no pixels and so no heat maps.
+    /// Writes all files. Of pictures those that the frame has: a list of rays has no pixels and so no heat maps.
     pub(crate) fn write(self, answer: &Answer) -> anyhow::Result<()> {
         // Bindings drop from the last to the first.
-        let Self { folder, text, json, csv, heat_maps } = self;
+        let Self { folder, text, json, csv } = self;
         let Answer { report, .. } = answer;
-        let pictures = pictures(answer)?;
+        let pictures = pictures::of_answer(answer)?;
         let mut ready = vec![
             text.written(text::write(report, text::Style::Plain).as_bytes())?,
             json.written(json::write(report).as_bytes())?,
             csv.written(csv_table::write(report).as_bytes())?,
         ];
-        if pictures.is_empty() && report.inputs.width.is_none() {
+        if report.inputs.width.is_none() {
             console::warn("a list of rays has no pixels: no heat maps are written");
         }
-        for (file, picture) in heat_maps.into_iter().zip(pictures) {
-            ready.push(file.written(&picture)?);
+        for (name, picture) in pictures {
+            ready.push(folder.file(&name)?.written(&picture)?);
         }
         OutputFile::finish_all(ready)?;
         folder.keep();
         Ok(())
     }
-}
-
-/// A figure that is kept for each pixel.
-pub(crate) struct MapKind {
-    /// Name of its files, without extension.
-    pub(crate) file: &'static str,
-    pub(crate) title: &'static str,
-    pub(crate) unit: &'static str,
-    pub(crate) of: fn(&HeatMaps) -> &gpumodel::HeatMap,
-}
-
-/// All of them.
-pub(crate) const MAPS: [MapKind; 3] = [
-    MapKind {
-        file: "node-fetches",
-        title: "Node fetches per pixel",
-        unit: "fetches",
-        of: |maps| &maps.node_fetches,
-    },
-    MapKind {
-        file: "loaded-bytes",
-        title: "Bytes of nodes and triangles loaded per pixel",
-        unit: "B",
-        of: |maps| &maps.loaded_bytes,
-    },
-    MapKind {
-        file: "dram-lines",
-        title: "Lines read from DRAM by the pixel's warp",
-        unit: "lines",
-        of: |maps| &maps.warp_misses,
-    },
-];
-
-/// A title as it reads within a sentence: its first letter small.
-pub(crate) fn in_sentence(title: &str) -> String {
-    let mut letters = title.chars();
-    letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
-}
-
-/// The heat maps as pictures, in the order of [`MAPS`]; none for a list of rays.
-fn pictures(Answer { report, replayed }: &Answer) -> anyhow::Result<Vec<Vec<u8>>> {
-    let Inputs { scene, accel, traversal, technique, width: Some(width), height: Some(height), .. } =
-        &report.inputs
-    else {
-        return Ok(Vec::new());
-    };
-    let Some(maps) = &replayed.maps else { return Ok(Vec::new()) };
-    let picture = |kind: &MapKind| {
-        let map = heat_map::HeatMap {
-            title: kind.title.to_owned(),
-            subtitle: format!("{scene}, {width}x{height}, {accel} {traversal}, {technique}"),
-            unit: kind.unit.to_owned(),
-            width: *width,
-            values: &(kind.of)(maps).values,
-            clamp_percentile: HEAT_MAP_PERCENTILE,
-        };
-        Ok(heat_map::write_png(&map)?)
-    };
-    MAPS.iter().map(picture).collect()
 }

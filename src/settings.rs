@@ -2,12 +2,13 @@
 
 use crate::args::FrameArgs;
 use crate::features::Features;
+use crate::machine::choice;
 use crate::ray_sets::RayRequest;
 use anyhow::{anyhow, bail};
 use tracer::bvh::restart_trail::TrailBits;
 use tracer::kd::{FlatCells, KdOptions, Splits};
 use tracer::wide::NodeFormat;
-use tracer::{Accel, BuildOptions, Traversal, TriangleTest};
+use tracer::{Accel, BuildOptions, Query, Traversal, TriangleTest};
 
 /// Longest side of an image: what the described GPUs can render to (Vulkan's maxImageDimension2D on Adreno 5xx).
 const MAX_SIDE: u32 = 16384;
@@ -61,6 +62,7 @@ pub(crate) struct FrameSettings {
     pub(crate) build: BuildOptions,
     pub(crate) features: Features,
     pub(crate) rays: RayRequest,
+    pub(crate) shadow_query: Query,
 }
 
 impl FrameSettings {
@@ -79,6 +81,7 @@ impl FrameSettings {
             ray_sets: _,
             spp: _,
             ray_seed: _,
+            shadow_query,
             light_radius: _,
             ao_radius: _,
             triangle_test,
@@ -155,6 +158,13 @@ impl FrameSettings {
         Ok(Self {
             features,
             rays: RayRequest::new(args, features)?,
+            shadow_query: choice(
+                "--shadow-query",
+                shadow_query,
+                Query::from_name,
+                &Query::ALL.map(Query::name),
+            )?
+            .unwrap_or(Query::Any),
             size: size.as_deref().map(ImageSize::parse).transpose()?.unwrap_or_default(),
             traversal,
             build: BuildOptions {

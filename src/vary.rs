@@ -1,14 +1,16 @@
 //! What varies between the frames of a comparison: axes, their values, and the options that each value stands for.
 
 use crate::args::{FrameArgs, MachineArgs};
+use crate::ray_sets;
 use anyhow::{anyhow, bail};
 use gpumodel::ordering::AtomicStrategy;
 use gpumodel::{
     GPUS, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, QueryOrigin,
     RayScheduling, ScreenSpace, TECHNIQUES,
 };
+use scenes::Feature;
 use tracer::wide::NodeFormat;
-use tracer::{Accel, Traversal};
+use tracer::{Accel, Query, Traversal};
 
 /// Costs Ct and Ci of Sousa et al. 2019: the chosen ones, and around them the three that their charts compare them with.
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
@@ -26,6 +28,10 @@ pub(crate) enum Axis {
     CtCi,
     ShortStack,
     NodeFormat,
+    RaySets,
+    Force,
+    Spp,
+    ShadowQuery,
     Gpu,
     Technique,
     Layout,
@@ -60,11 +66,15 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 17] = [
+    const NAMED: [Self; 21] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
         Self::NodeFormat,
+        Self::RaySets,
+        Self::Force,
+        Self::Spp,
+        Self::ShadowQuery,
         Self::Gpu,
         Self::Technique,
         Self::Layout,
@@ -80,6 +90,20 @@ impl Axis {
         Self::Atomics,
     ];
 
+    /// The axis of that name, or of that figure of the GPU.
+    pub(crate) fn named(name: &str) -> anyhow::Result<Self> {
+        if let Some(axis) = Self::NAMED.into_iter().find(|axis| axis.name() == name) {
+            return Ok(axis);
+        }
+        if name.contains('.') {
+            return Ok(Self::Figure(name.to_owned()));
+        }
+        bail!(
+            "--vary {name}: no such axis; use: {}, or a figure of the GPU such as cache.uche.size=65536+131072",
+            Self::NAMED.map(|axis| axis.name().to_owned()).join(", ")
+        )
+    }
+
     /// Its name on the command line.
     pub(crate) fn name(&self) -> &str {
         match self {
@@ -87,6 +111,10 @@ impl Axis {
             Self::CtCi => "ct-ci",
             Self::ShortStack => "short-stack",
             Self::NodeFormat => "node-format",
+            Self::RaySets => "ray-sets",
+            Self::Force => "force",
+            Self::Spp => "spp",
+            Self::ShadowQuery => "shadow-query",
             Self::Gpu => "gpu",
             Self::Technique => "technique",
             Self::Layout => "layout",
@@ -112,6 +140,10 @@ impl Axis {
             Self::CtCi => owned(&COSTS),
             Self::ShortStack => owned(&["0", "1", "2", "4"]),
             Self::NodeFormat => owned(&NodeFormat::ALL.map(NodeFormat::name)),
+            Self::RaySets => owned(&ray_sets::names()),
+            Self::Force => owned(&Feature::ALL.map(Feature::name)),
+            Self::Spp => owned(&["1", "2", "4"]),
+            Self::ShadowQuery => owned(&Query::ALL.map(Query::name)),
             Self::Gpu => GPUS.iter().map(|gpu| gpu.name.to_owned()).collect(),
             Self::Technique => TECHNIQUES.iter().map(|technique| technique.name.to_owned()).collect(),
             Self::Layout => owned(&PrimitiveLayout::ALL.map(PrimitiveLayout::name)),
@@ -132,7 +164,12 @@ impl Axis {
     }
 
     /// Puts one of its values into the options.
-    fn apply(&self, value: &str, frame: &mut FrameArgs, machine: &mut MachineArgs) -> anyhow::Result<()> {
+    pub(crate) fn apply(
+        &self,
+        value: &str,
+        frame: &mut FrameArgs,
+        machine: &mut MachineArgs,
+    ) -> anyhow::Result<()> {
         let given = Some(value.to_owned());
         match self {
             Self::Traversal => {
@@ -162,6 +199,15 @@ impl Axis {
                 })?);
             }
             Self::NodeFormat => frame.node_format = given,
+            Self::RaySets => frame.ray_sets = several("ray-sets", value, &ray_sets::names())?,
+            Self::Force => frame.force = several("force", value, &Feature::ALL.map(Feature::name))?,
+            Self::Spp => {
+                let samples = value.parse();
+                frame.spp = Some(samples.map_err(|_| {
+                    anyhow!("--vary spp={value}: expected a number of rays per pixel, such as 2")
+                })?);
+            }
+            Self::ShadowQuery => frame.shadow_query = given,
             Self::Gpu => machine.gpu = given,
             Self::Technique => machine.technique = given,
             Self::Layout => machine.layout = given,
@@ -181,6 +227,15 @@ impl Axis {
     }
 }
 
+/// Names that a value joins by colons.
+fn several(axis: &str, value: &str, known: &[&str]) -> anyhow::Result<Vec<String>> {
+    let names: Vec<String> = value.split(':').map(str::to_owned).collect();
+    if names.iter().all(|name| known.contains(&name.as_str())) {
+        return Ok(names);
+    }
+    bail!("--vary {axis}={value}: expected one of {}, or several joined by colons", known.join(", "))
+}
+
 /// `bvh-stack` and the like.
 pub(crate) fn traversal_name(traversal: Traversal) -> String {
     format!("{}-{}", traversal.accel().name(), traversal.name())
@@ -190,18 +245,7 @@ impl Variation {
     /// Reads `AXIS` or `AXIS=VALUE+VALUE`.
     pub(crate) fn parse(text: &str) -> anyhow::Result<Self> {
         let (name, values) = text.split_once('=').map_or((text, None), |(name, values)| (name, Some(values)));
-        let named = Axis::NAMED.into_iter().find(|axis| axis.name() == name);
-        let axis = match named {
-            Some(axis) => axis,
-            None if name.contains('.') => Axis::Figure(name.to_owned()),
-            None => {
-                let names: Vec<String> = Axis::NAMED.iter().map(|axis| axis.name().to_owned()).collect();
-                bail!(
-                    "--vary {name}: no such axis; use: {}, or a figure of the GPU such as cache.uche.size=65536+131072",
-                    names.join(", ")
-                );
-            }
-        };
+        let axis = Axis::named(name)?;
         let values = match values {
             None => axis.all()?,
             Some("fine") if axis == Axis::CtCi => FINE_COSTS

@@ -48,6 +48,7 @@ impl Recorded {
             triangles: leaves,
             frame: Frame::List { rays: rays.len() as u32 },
             ray_sets: vec![RaySetId::PRIMARY],
+            shadow_query: tracer::Query::Any,
             raster: false,
             normals: true,
             forced: Vec::new(),

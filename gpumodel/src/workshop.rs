@@ -151,7 +151,7 @@ impl<'a> Workshop<'a> {
 }
 
 /// Node records and bytes that each ray of a tile, and all rays that follow from it, read.
-fn per_ray(tile: &Tile, program: &Program, rays: u32) -> (Vec<u32>, Vec<u32>) {
+pub(crate) fn per_ray(tile: &Tile, program: &Program, rays: u32) -> (Vec<u32>, Vec<u32>) {
     let wanted = program.wanted();
     let of_ray = |ray: usize| {
         let sets = tile.ray_sets.iter().zip(&wanted).filter(|&(_, &wanted)| wanted).map(|(set, _)| set);

@@ -94,6 +94,9 @@ pub struct Inputs {
     /// Rays of a pixel in each set that is drawn at random, where it has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples_per_pixel: Option<u32>,
+    /// What shadow rays ask for, where it is not any hit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shadow_query: Option<String>,
     /// SAH costs Ct and Ci of the build.
     pub sah_costs: [f64; 2],
     /// Entries of a short stack in registers; 0 without one.

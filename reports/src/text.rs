@@ -72,10 +72,11 @@ fn heading(out: &mut String, tool: &str, inputs: &Inputs, style: Style) {
     line!(out, "{}", style.bold(&format!("{} on {}", inputs.scene, inputs.gpu)));
     line!(
         out,
-        "{} triangles, {size}, {} rays{}; {} with {} traversal{}, Ct {} Ci {}; {} primitives; {}",
+        "{} triangles, {size}, {} rays{}{}; {} with {} traversal{}, Ct {} Ci {}; {} primitives; {}",
         units::grouped(u64::from(inputs.triangles)),
         inputs.ray_sets.join(" + "),
         inputs.samples_per_pixel.map_or(String::new(), |samples| format!(", {samples} samples per pixel")),
+        inputs.shadow_query.as_ref().map_or(String::new(), |query| format!(", shadows by {query}")),
         inputs.accel,
         inputs.traversal,
         details(inputs),

@@ -1,6 +1,8 @@
 //! Does every rule hold at its limit and fail just beyond it, over how many cases, and with what words?
 
-use reports::claims::{ClaimSet, Measurements, Outcome, Verdict, csv_text, json_text, markdown, text};
+use reports::claims::{
+    ClaimSet, EMBEDDED, Measurements, Outcome, Rule, Verdict, csv_text, json_text, markdown, text,
+};
 use reports::text::Style;
 
 const HEAD: &str = r#"
@@ -121,6 +123,103 @@ fn a_number_reports_its_largest_error_and_never_counts_a_stand_in() {
     let none = set.evaluate(&measurements).remove(0);
     assert_eq!(none.outcome, Outcome::Untestable);
     assert!(none.why.contains("one: box, two: ball"), "{}", none.why);
+}
+
+#[test]
+fn a_number_may_be_the_ratio_of_two_variants() {
+    let keys =
+        "rule = \"number\"\nmetric = \"work\"\nof = \"a\"\nto = \"b\"\nfigures = { one = 1.5 }\nwithin = 0.1";
+    let at = |a: f64| holds(keys, &move |_, way, _, _| by_way(way, [a, 2.0, 0.0, 0.0]));
+    assert!(at(3.0) && at(3.3) && at(2.7));
+    assert!(!at(3.31) && !at(2.69));
+    let why = verdict(&format!("[[claim.test]]\n{keys}\n"), &|_, _, _, _| 1.0).why;
+    assert!(why.starts_with("work of a / b on one: 1.000 against 1.500 published"), "{why}");
+}
+
+#[test]
+fn a_contrast_compares_the_smallest_ratio_of_the_one_list_with_the_largest_of_the_other() {
+    let keys = |lower: &str, higher: &str, effect: f64| {
+        format!(
+            "rule = \"contrast\"\nmetric = \"work\"\nof = \"x\"\nto = \"y\"\nlower = {lower}\nhigher = {higher}\n\
+             effect = {effect:?}\nscenes = [\"one\"]"
+        )
+    };
+    // Of x over y: 1, 2, 3 and 4.
+    let figures = |_: &str, way: &str, place: &str, _: &str| match place {
+        "x" => by_way(way, [7.0, 4.0, 9.0, 2.0]),
+        _ => by_way(way, [7.0, 2.0, 3.0, 0.5]),
+    };
+    assert!(holds(&keys("\"low\"", "\"high\"", 0.5), &figures), "3 against 2");
+    assert!(!holds(&keys("\"low\"", "\"high\"", 0.51), &figures));
+    assert!(!holds(&keys("[\"a\", \"d\"]", "[\"b\", \"c\"]", 0.0), &figures), "2 against 4");
+    let set = claims(&format!("[[claim.test]]\n{}\n", keys("\"low\"", "\"high\"", 0.5)));
+    assert_eq!(set.needs().len(), 8, "four ways in two places");
+    let why = set.evaluate(&measured(&set, &figures)).remove(0).why;
+    assert!(why.contains("a 1.000, b 2.000 against c 3.000, d 4.000 (+50 %)"), "{why}");
+    assert!(why.contains("{a, b} < {c, d}"), "{why}");
+    let nothing = |_: &str, _: &str, place: &str, _: &str| if place == "x" { 1.0 } else { 0.0 };
+    let none = verdict(&format!("[[claim.test]]\n{}\n", keys("\"a\"", "\"b\"", 0.0)), &nothing);
+    assert_eq!(none.outcome, Outcome::Untestable);
+    assert!(none.why.contains("work of y with a on one is 0"), "{}", none.why);
+}
+
+#[test]
+fn a_swap_needs_two_bests_each_better_at_home() {
+    let keys = "rule = \"swap\"\nmetric = \"work\"\namong = \"low\"\nacross = \"places\"\neffect = \"strict\"\nscenes = [\"one\"]";
+    let at = |x: [f64; 2], y: [f64; 2]| {
+        let figures = move |_: &str, way: &str, place: &str, _: &str| {
+            let row = if place == "x" { x } else { y };
+            by_way(way, [row[0], row[1], 0.0, 0.0])
+        };
+        holds(keys, &figures)
+    };
+    assert!(at([100.0, 102.0], [51.0, 50.0]));
+    assert!(!at([100.0, 101.9], [60.0, 50.0]), "the other is as good on one");
+    assert!(!at([100.0, 110.0], [50.0, 60.0]), "one best for both");
+    let why = verdict(&format!("[[claim.test]]\n{keys}\n"), &|_, _, _, _| 1.0).why;
+    assert!(why.contains("least work on one: a with x 1.000, a with y 1.000"), "{why}");
+}
+
+#[test]
+fn variants_that_are_measured_together_set_different_axes() {
+    let head =
+        "[[claim]]\nid = \"Z1\"\nstatement = \"It works\"\nwhere = \"1\"\nkind = \"order\"\n[[claim.test]]\n";
+    for (keys, expected) in [
+        (
+            "rule = \"contrast\"\nmetric = \"work\"\nof = \"a\"\nto = \"b\"\nlower = \"c\"\nhigher = \"y\"\neffect = 0",
+            "both set axis way",
+        ),
+        (
+            "rule = \"swap\"\nmetric = \"work\"\namong = \"ways\"\nacross = \"x\"\neffect = 0",
+            "expected at least 2",
+        ),
+        (
+            "rule = \"swap\"\nmetric = \"work\"\namong = \"a\"\nacross = \"places\"\neffect = 0",
+            "expected at least 2",
+        ),
+    ] {
+        let error = ClaimSet::parse(&format!("{HEAD}\n{head}{keys}\n"), "z.toml").expect_err("it is wrong");
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn every_paper_lists_its_statements_in_order_and_says_why_where_nothing_can_be_tested() {
+    for (embedded, count) in EMBEDDED.iter().zip([50, 34]) {
+        let set = embedded.parse().expect("a claim file");
+        assert_eq!(set.paper.letter, embedded.letter);
+        let ids: Vec<&str> = set.claims.iter().map(|claim| claim.id.as_str()).collect();
+        let expected: Vec<String> =
+            (1..=count).map(|number| format!("{}{number}", embedded.letter)).collect();
+        assert_eq!(ids, expected);
+        for claim in &set.claims {
+            for test in &claim.tests {
+                if let Rule::Untestable { reason } = &test.rule {
+                    assert!(!reason.trim().is_empty(), "{}", claim.id);
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -7,20 +7,15 @@ use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
 use crate::output::OutputFolder;
-use crate::report::{self, Answer, Before, HEAT_MAP_PERCENTILE, MAPS, in_sentence};
+use crate::pictures::{MOST_PANELS, Mapped, panels};
+use crate::report::{self, Answer, Before};
 use crate::settings::{FrameSettings, start_threads};
 use crate::vary::{Axis, Point, Variation, meaningless};
 use anyhow::bail;
-use gpumodel::{HeatMaps, Maps};
-use reports::Inputs;
+use gpumodel::Maps;
 use reports::chart::MatrixChart;
 use reports::comparison::{self, Comparison, Variant};
-use reports::heat_map::{Panel, Panels, write_panels_png};
 use std::path::Path;
-
-/// Panels of one picture, at most and side by side.
-const MOST_PANELS: usize = 12;
-const PANEL_COLUMNS: usize = 4;
 
 pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let variations =
@@ -58,19 +53,15 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
             let kept = if folder.is_some() { Maps::Kept } else { Maps::Dropped };
             let answers = report::frame_answers(&frame, &group.machines, kept, &before, meter)?;
             for (place, (&index, answer)) in group.points.iter().zip(answers).enumerate() {
-                let Answer { report, replayed } = answer;
+                let Answer { report, replayed, reflections, .. } = answer;
                 let scene_value = several_scenes.then(|| report.inputs.scene.clone());
                 let values: Vec<String> =
                     scene_value.into_iter().chain(points[index].values.clone()).collect();
-                // The machine changes few maps: one for each trace is enough.
-                if let Some(of_trace) = replayed.maps.filter(|_| place == 0) {
-                    let Inputs { scene, gpu, technique, layout, .. } = &report.inputs;
-                    maps.push(Mapped {
-                        scene: scene.clone(),
-                        conditions: format!("{gpu}, {technique}, {layout} triangles; one scale for all"),
-                        values: values.clone(),
-                        maps: of_trace,
-                    });
+                // The machine changes few maps, one for each trace is enough; but it decides how reflections are traced.
+                let differs = reflections.is_some() && points.len() <= MOST_PANELS;
+                if folder.is_some() && (place == 0 || differs) {
+                    let (inputs, label) = (report.inputs.clone(), values.join(" "));
+                    maps.push(Mapped { inputs, label, heat: replayed.maps, reflections });
                 }
                 variants.push((scene_index, index, Variant { values, report }));
             }
@@ -141,15 +132,6 @@ fn by_trace(points: &[Point]) -> anyhow::Result<Vec<Group>> {
         }
     }
     Ok(groups)
-}
-
-/// Heat maps of one trace.
-struct Mapped {
-    scene: String,
-    /// What all traces of a scene have in common.
-    conditions: String,
-    values: Vec<String>,
-    maps: HeatMaps,
 }
 
 /// Tables, charts and heat maps.
@@ -227,36 +209,4 @@ fn cost_matrices(comparison: &Comparison, axis: usize) -> Vec<(String, MatrixCha
     let number = |index: usize| if index == 0 { String::new() } else { format!("-{}", index + 1) };
     let named = |(index, scene): (usize, &&str)| (format!("fps-by-costs{}", number(index)), matrix(scene));
     scenes.iter().enumerate().map(named).collect()
-}
-
-/// The heat maps of all traces of a scene on one scale, where there are several.
-fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-    let mut scenes: Vec<&str> = maps.iter().map(|mapped| mapped.scene.as_str()).collect();
-    scenes.dedup();
-    let mut files = Vec::new();
-    for (index, scene) in scenes.iter().enumerate() {
-        let of_scene: Vec<&Mapped> = maps.iter().filter(|mapped| mapped.scene == *scene).collect();
-        if of_scene.len() < 2 || of_scene.len() > MOST_PANELS {
-            continue;
-        }
-        for kind in &MAPS {
-            let labelled: Vec<_> =
-                of_scene.iter().map(|&mapped| (mapped.values.join(" "), (kind.of)(&mapped.maps))).collect();
-            let picture = write_panels_png(&Panels {
-                title: format!("{scene}: {}", in_sentence(kind.title)),
-                subtitle: of_scene[0].conditions.clone(),
-                unit: kind.unit.to_owned(),
-                width: labelled[0].1.width,
-                panels: labelled
-                    .iter()
-                    .map(|(label, map)| Panel { label: label.clone(), values: &map.values })
-                    .collect(),
-                columns: PANEL_COLUMNS,
-                clamp_percentile: HEAT_MAP_PERCENTILE,
-            })?;
-            let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
-            files.push((format!("{}{number}.png", kind.file), picture));
-        }
-    }
-    Ok(files)
 }

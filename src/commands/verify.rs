@@ -99,7 +99,7 @@ fn verify_claims(args: &ClaimsArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let conditions = Conditions {
         scenes: args.scenes.as_deref().filter(|_| !args.quick),
         image: if args.quick { QUICK } else { claims.paper.image },
-        maps: &|setup| folder.is_some() && paper_charts::is_mapped(setup),
+        maps: &|setup| folder.is_some() && paper_charts::is_of(&claims) && paper_charts::is_mapped(setup),
     };
     if conditions.scenes.is_none() {
         console::warn(&format!(
@@ -155,7 +155,11 @@ impl Texts {
             "wall_s": meter.wall_s(),
             "peak_rss_bytes": meter::peak_rss_bytes(),
         });
-        let table = paper_charts::table_1(claims, measured);
+        let table = if paper_charts::is_of(claims) {
+            format!("Table 1 of the paper beside ours\n\n{}\n", paper_charts::table_1(claims, measured))
+        } else {
+            String::new()
+        };
         let footer = format!(
             "{} traces, {} replays of them, in {:.0} s of wall time on {} threads; images of {}x{}.\n",
             measured.traces,
@@ -167,12 +171,13 @@ impl Texts {
         );
         let text = claims::text(&claims.paper, verdicts, console::style());
         Self {
-            text: format!("{text}\nTable 1 of the paper beside ours\n\n{table}\n{footer}"),
+            text: format!("{text}\n{table}{footer}"),
             json: claims::json_text(&claims.paper, verdicts, &run),
             csv: claims::csv_text(verdicts),
             markdown: format!(
-                "{}\n## Table 1 of the paper beside ours\n\n{table}\n{footer}",
-                claims::markdown(&claims.paper, verdicts)
+                "{}\n{}{table}{footer}",
+                claims::markdown(&claims.paper, verdicts),
+                if table.is_empty() { "" } else { "## " }
             ),
         }
     }
@@ -190,12 +195,14 @@ fn write_files(
         ("claims.json".to_owned(), texts.json.clone().into()),
         ("claims.csv".to_owned(), texts.csv.clone().into()),
     ];
-    for (stem, chart) in paper_charts::charts(claims, measured) {
-        files.push((format!("{stem}.svg"), chart.svg()?.into_bytes()));
-        files.push((format!("{stem}.png"), chart.png()?));
-    }
-    for (stem, picture) in paper_charts::heat_maps(claims, measured)? {
-        files.push((format!("{stem}.png"), picture));
+    if paper_charts::is_of(claims) {
+        for (stem, chart) in paper_charts::charts(claims, measured) {
+            files.push((format!("{stem}.svg"), chart.svg()?.into_bytes()));
+            files.push((format!("{stem}.png"), chart.png()?));
+        }
+        for (stem, picture) in paper_charts::heat_maps(claims, measured)? {
+            files.push((format!("{stem}.png"), picture));
+        }
     }
     folder.write_all(&files)
 }

@@ -1,19 +1,20 @@
 //! Measures what claims need: every scene is loaded once, every trace made once, and all replays of a trace share it.
 
-use super::metrics::{self, Audits};
-use super::plan::{TracePlan, Use};
+use super::audits::{Audit, Audited};
+use super::plan::{Plan, Use};
+use super::{formulas, metrics};
 use crate::console;
 use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
+use crate::reflections;
 use crate::report::{self, Answer, Before};
 use crate::settings::FrameSettings;
 use gpumodel::Maps;
 use reports::claims::{ClaimSet, Measurements, SceneRole, Setup};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
-use tracer::{FrameTracer, Tile, TileSource, Topology, TraceHeader};
+use tracer::Traversal;
 
 /// Where the scenes of a paper are, and how large its image is.
 pub(crate) struct Conditions<'a> {
@@ -62,20 +63,67 @@ pub(crate) fn all(claims: &ClaimSet, conditions: &Conditions<'_>, meter: &Meter)
         let spec = found.unwrap_or_else(|| role.stand_in.clone());
         let scene = LoadedScene::load(&spec)?;
         measured.scenes.insert(role.name.clone(), scene.scene.name.clone());
-        let mut plans: BTreeMap<TracePlan, Needs> = BTreeMap::new();
-        for (setup, metrics) in of_scene {
-            plans.entry(TracePlan::of(&setup)).or_default().insert(setup, metrics);
-        }
+        let plans = by_frame(of_scene, claims, conditions.image, &mut measured.measurements);
         let count = plans.len();
-        for (number, (plan, needs)) in (1..).zip(plans) {
+        for (number, of_frame) in (1..).zip(plans) {
+            let label = of_frame.setups[0].plan.label();
             console::status(&format!(
-                "{} ({}), trace {number} of {count}: {} Ct {} Ci {}",
-                role.title, scene.scene.name, plan.traversal, plan.ct, plan.ci
+                "{} ({}), trace {number} of {count}: {label}",
+                role.title, scene.scene.name
             ));
-            measure_trace(&scene, &plan, &needs, conditions, meter, &mut measured)?;
+            measure_frame(&scene, &of_frame, conditions, meter, &mut measured)?;
         }
     }
     Ok(measured)
+}
+
+/// A setup of a frame.
+struct Planned {
+    setup: Setup,
+    plan: Plan,
+    metrics: BTreeSet<String>,
+}
+
+/// Setups that share a trace, at least one.
+struct OfFrame {
+    settings: FrameSettings,
+    setups: Vec<Planned>,
+}
+
+/// What must be traced. Metrics of formulas are measured at once; setups that are not possible have failed.
+fn by_frame(
+    needs: Needs,
+    claims: &ClaimSet,
+    image: [u32; 2],
+    measurements: &mut Measurements,
+) -> Vec<OfFrame> {
+    let mut frames: Vec<OfFrame> = Vec::new();
+    for (setup, mut metrics) in needs {
+        metrics.retain(|metric| match formulas::of_formula(metric) {
+            Some(value) => {
+                measurements.figure(&setup, metric, value);
+                false
+            }
+            None => true,
+        });
+        if metrics.is_empty() {
+            continue;
+        }
+        let planned = Plan::of(&setup, image, &claims.paper.force)
+            .and_then(|plan| Ok((FrameSettings::new(&plan.frame)?, plan)));
+        match planned {
+            Err(error) => measurements.failed(&setup, &format!("{error:#}")),
+            Ok((settings, plan)) => {
+                let known = frames.iter_mut().find(|other| other.setups[0].plan.frame == plan.frame);
+                let planned = Planned { setup, plan, metrics };
+                match known {
+                    Some(frame) => frame.setups.push(planned),
+                    None => frames.push(OfFrame { settings, setups: vec![planned] }),
+                }
+            }
+        }
+    }
+    frames
 }
 
 /// The first file of a role that is there.
@@ -85,30 +133,29 @@ fn find(role: &SceneRole, folder: Option<&Path>) -> Option<String> {
     paths.filter(|path| path.is_file()).map(|path| path.display().to_string()).next()
 }
 
-fn measure_trace(
+fn measure_frame(
     scene: &LoadedScene,
-    plan: &TracePlan,
-    needs: &Needs,
+    OfFrame { settings, setups }: &OfFrame,
     conditions: &Conditions<'_>,
     meter: &Meter,
     measured: &mut Measured,
 ) -> anyhow::Result<()> {
-    let settings = FrameSettings::new(&plan.frame_args(conditions.image)?)?;
-    let frame = Frame::build(scene, &settings)?;
+    let frame = Frame::build(scene, settings)?;
     let costs = [settings.build.traversal_cost, settings.build.intersection_cost];
-    let mut replays: Vec<(&Setup, Machine)> = Vec::new();
-    for (setup, metrics) in needs {
-        match Use::of(setup)? {
+    let mut replays: Vec<(&Planned, Machine)> = Vec::new();
+    for planned @ Planned { setup, plan, metrics } in setups {
+        match &plan.used {
             Use::Cpu => {
                 let rate = metrics::cpu_mrays_per_second(&frame, conditions.image);
                 measured.measurements.figure(setup, "cpu_mrays_per_second", rate);
             }
-            Use::Replay(machine) => {
-                let replays_it = metrics.iter().any(|metric| !is_of_trace(metric));
-                if replays_it {
-                    replays.push((setup, Machine::new(&machine)?));
+            Use::Replay(machine) => match Machine::new(machine) {
+                Ok(machine) if metrics.iter().any(|metric| Audit::named(metric).is_none()) => {
+                    replays.push((planned, machine));
                 }
-            }
+                Ok(_) => {}
+                Err(error) => measured.measurements.failed(setup, &format!("{error:#}")),
+            },
         }
         for metric in metrics {
             if let Some(value) = metrics::of_structure(metric, &frame, costs) {
@@ -116,59 +163,53 @@ fn measure_trace(
             }
         }
     }
-    let wants = |metric: &str| needs.values().any(|metrics| metrics.contains(metric));
-    let audits = Audits {
-        leaves_tested_twice: wants("leaves_tested_twice"),
-        restarts_above_push_down: wants("restarts_above_push_down"),
-    };
-    if replays.is_empty() && !audits.any() {
+    let wants = |audit: &Audit| setups.iter().any(|planned| planned.metrics.contains(audit.name()));
+    let audits: Vec<Audit> = Audit::ALL.into_iter().filter(wants).collect();
+    if replays.is_empty() && audits.is_empty() {
         return Ok(());
     }
     measured.traces += 1;
-    // The judge of push-down is the same tree under a full stack.
-    let stack_plan = TracePlan { traversal: "kd stack".to_owned(), ..plan.clone() };
-    let stack_settings = FrameSettings::new(&stack_plan.frame_args(conditions.image)?)?;
-    let stack = audits.restarts_above_push_down.then(|| Frame::build(scene, &stack_settings)).transpose()?;
+    let stack = audits
+        .contains(&Audit::RestartsAbovePushDown)
+        .then(|| Frame::build(scene, &under_full_stack(settings)))
+        .transpose()?;
     let stack = stack.as_ref().map(|stack| stack.tracer(None));
-    let machines: Vec<Machine> = replays.iter().map(|(_, machine)| machine.clone()).collect();
-    let source = Audited {
-        tracer: frame.tracer_for(&machines),
-        stack,
-        audits,
-        found: [AtomicU64::new(0), AtomicU64::new(0)],
-    };
-
-    if replays.is_empty() {
-        let mut tile = Tile::default();
-        for index in 0..source.header().frame.tiles() {
-            source.tile(index, &mut tile)?;
-        }
-    } else {
-        let maps = if needs.keys().any(conditions.maps) { Maps::Kept } else { Maps::Dropped };
-        let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
-        let answers = report::answers(&source, &machines, maps, &before, meter)?;
-        for ((setup, machine), mut answer) in replays.into_iter().zip(answers) {
-            record(setup, &needs[setup], &answer, &machine, &mut measured.measurements);
-            if !(conditions.maps)(setup) {
-                answer.replayed.maps = None;
-            }
-            measured.answers.insert(setup.clone(), answer);
-        }
+    let (of_lists, of_tiles): (Vec<_>, Vec<_>) =
+        replays.into_iter().partition(|(_, machine)| machine.config.technique.reflections.is_some());
+    let machines: Vec<Machine> = of_tiles.iter().map(|(_, machine)| machine.clone()).collect();
+    let source = Audited::new(frame.tracer_for(&machines), stack, &audits);
+    let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
+    let mut answers = Vec::new();
+    if !machines.is_empty() {
+        let wants_maps = setups.iter().any(|planned| (conditions.maps)(&planned.setup));
+        let maps = if wants_maps { Maps::Kept } else { Maps::Dropped };
+        answers = report::answers(&source, &machines, maps, &before, meter)?;
+    } else if !audits.is_empty() {
+        source.drain()?;
     }
-    let [twice, above] = source.found.map(AtomicU64::into_inner);
-    for (setup, metrics) in needs {
-        for (metric, found) in [("leaves_tested_twice", twice), ("restarts_above_push_down", above)] {
-            if metrics.contains(metric) {
-                measured.measurements.figure(setup, metric, found as f64);
-            }
+    if !of_lists.is_empty() {
+        let machines: Vec<&Machine> = of_lists.iter().map(|(_, machine)| machine).collect();
+        answers.extend(reflections::answers(&frame, &machines, Maps::Dropped, &before, meter)?);
+    }
+    for ((planned, machine), mut answer) in of_tiles.into_iter().chain(of_lists).zip(answers) {
+        let Planned { setup, metrics, .. } = planned;
+        record(setup, metrics, &answer, &machine, &mut measured.measurements);
+        if !(conditions.maps)(setup) {
+            answer.replayed.maps = None;
+        }
+        measured.answers.insert(setup.clone(), answer);
+    }
+    for (audit, found) in source.found() {
+        for Planned { setup, .. } in setups.iter().filter(|planned| planned.metrics.contains(audit.name())) {
+            measured.measurements.figure(setup, audit.name(), found as f64);
         }
     }
     Ok(())
 }
 
-/// Metrics that need no replay.
-fn is_of_trace(metric: &str) -> bool {
-    matches!(metric, "leaves_tested_twice" | "restarts_above_push_down" | "cpu_mrays_per_second")
+/// The judge of push-down: the same tree under a full stack.
+fn under_full_stack(settings: &FrameSettings) -> FrameSettings {
+    FrameSettings { traversal: Traversal::KdStack, ..*settings }
 }
 
 fn record(
@@ -179,7 +220,7 @@ fn record(
     measurements: &mut Measurements,
 ) {
     for metric in metrics {
-        if let Some(value) = metrics::of_replay(metric, answer, &machine.config.gpu) {
+        if let Some(value) = metrics::of_replay(metric, answer, &machine.config) {
             match value {
                 Ok(value) => measurements.figure(setup, metric, value),
                 Err(reason) => measurements.absent(setup, metric, &reason),
@@ -193,42 +234,89 @@ fn record(
     }
 }
 
-/// Tiles of a tracer, audited as they pass.
-struct Audited<'a> {
-    tracer: FrameTracer<'a>,
-    stack: Option<FrameTracer<'a>>,
-    audits: Audits,
-    found: [AtomicU64; 2],
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reports::claims::{Outcome, Verdict};
 
-impl TileSource for Audited<'_> {
-    fn header(&self) -> &TraceHeader {
-        self.tracer.header()
+    const HEAD: &str = r#"
+[paper]
+letter = "Z"
+citation = "Anon. 2000"
+image = [16, 16]
+[[scene]]
+name = "box"
+title = "Box"
+files = []
+stand_in = "cornell"
+why = "alike"
+[axes]
+traversal = ["wide-bvh-stack"]
+gpu = ["mali-g715", "mali-g1-ultra"]
+ray-sets = ["mirror", "hard-shadows"]
+force = ["default", "mirror"]
+shadow-query = ["default", "closest-hit"]
+technique = ["hybrid", "reflections-hybrid", "reflections-visibility-buffer", "reflections-by-magic"]
+[defaults]
+traversal = "wide-bvh-stack"
+gpu = "mali-g715"
+ray-sets = "mirror"
+force = "mirror"
+shadow-query = "default"
+technique = "hybrid"
+[variants]
+plain = { gpu = "mali-g715" }
+shadows = { ray-sets = "hard-shadows", force = "default" }
+closest = { ray-sets = "hard-shadows", force = "default", shadow-query = "closest-hit" }
+listed = { technique = "reflections-hybrid" }
+sorted = { technique = "reflections-visibility-buffer" }
+magic = { technique = "reflections-by-magic" }
+[metrics]
+reflection_hits = { unit = "rays", definition = "hits" }
+"rays:reflection shadow rays" = { unit = "rays", definition = "rays" }
+"pass_ms:bucket count+bucket copy" = { unit = "ms", definition = "time" }
+"pass_ms:bucket count" = { unit = "ms", definition = "time" }
+"node_fetches:shadow rays" = { unit = "fetches", definition = "fetches" }
+secondary_ms = { unit = "ms", definition = "time" }
+buckets_per_warp = { unit = "buckets", definition = "mean" }
+"#;
+
+    fn verdict(keys: &str) -> Verdict {
+        let head = "[[claim]]\nid = \"Z1\"\nstatement = \"It works\"\nwhere = \"1\"\nkind = \"order\"\n[[claim.test]]\n";
+        let claims = ClaimSet::parse(&format!("{HEAD}\n{head}{keys}\n"), "z.toml").expect("a claim file");
+        let conditions = Conditions { scenes: None, image: claims.paper.image, maps: &|_| false };
+        let measured = all(&claims, &conditions, &Meter::start()).expect("a built-in scene");
+        claims.evaluate(&measured.measurements).remove(0)
     }
 
-    fn topology(&self) -> &Topology {
-        self.tracer.topology()
+    #[test]
+    fn counters_of_passes_and_audits_of_traces_are_of_the_same_frame() {
+        for keys in [
+            "rule = \"property\"\nmetric = \"rays:reflection shadow rays / reflection_hits\"\nof = \"plain\"\nequals = 1",
+            "rule = \"order\"\nmetric = \"node_fetches:shadow rays\"\nascending = [\"shadows\", \"closest\"]\neffect = 0",
+            "rule = \"property\"\nmetric = \"buckets_per_warp\"\nof = \"sorted\"\nat_least = 1",
+            "rule = \"property\"\nmetric = \"pass_ms:bucket count / pass_ms:bucket count+bucket copy\"\nof = \"sorted\"\nat_most = 0.99",
+        ] {
+            let found = verdict(keys);
+            assert_eq!(found.outcome, Outcome::Reproduced, "{}", found.why);
+        }
     }
 
-    fn tile(&self, index: u32, tile: &mut Tile) -> Result<(), tracer::Error> {
-        self.tracer.tile(index, tile)?;
-        if !self.audits.any() {
-            return Ok(());
+    #[test]
+    fn what_a_frame_does_not_have_is_named_and_so_is_a_technique_that_there_is_not() {
+        for (keys, expected) in [
+            (
+                "rule = \"property\"\nmetric = \"pass_ms:bucket count\"\nof = \"listed\"\nat_least = 0",
+                "the frame has no such pass",
+            ),
+            (
+                "rule = \"property\"\nmetric = \"secondary_ms\"\nof = \"magic\"\nat_least = 0",
+                "--technique reflections-by-magic",
+            ),
+        ] {
+            let found = verdict(keys);
+            assert_ne!(found.outcome, Outcome::Reproduced, "{}", found.why);
+            assert!(found.why.contains(expected), "{}", found.why);
         }
-        let mut judge = Tile::default();
-        if let Some(stack) = &self.stack {
-            stack.tile(index, &mut judge)?;
-        }
-        for (place, set) in tile.ray_sets.iter().enumerate() {
-            let found = metrics::audit(self.audits, self.topology(), set, judge.ray_sets.get(place));
-            for (sum, found) in self.found.iter().zip(found) {
-                sum.fetch_add(found, Ordering::Relaxed);
-            }
-        }
-        Ok(())
-    }
-
-    fn stalls(&self) -> u64 {
-        self.tracer.stalls()
     }
 }

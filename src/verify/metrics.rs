@@ -2,17 +2,17 @@
 
 use crate::frame::Frame;
 use crate::report::Answer;
-use gpumodel::{BufferTraffic, CacheRole, Gpu, IssueCounters, Pass};
+use gpumodel::ordering::AtomicStrategy;
+use gpumodel::{BufferTraffic, CacheRole, IssueCounters, Pass, ReplayConfig};
 use std::time::Instant;
-use tracer::{Query, RayOffset, RaySet, Silent};
+use tracer::{Query, RayOffset, Silent};
 
 /// Runs of the unobserved tracer, of which the best counts.
 const CPU_RUNS: u32 = 3;
-/// Directions per axis of the grid on which a normal's encoding is tried: 6 x 64 x 64 unit normals.
-const NORMALS_PER_EDGE: u32 = 64;
 
 /// A metric of a replayed frame, or why there is none; `None` for a metric that is not of this kind.
-pub(super) fn of_replay(metric: &str, answer: &Answer, gpu: &Gpu) -> Option<Result<f64, String>> {
+pub(super) fn of_replay(metric: &str, answer: &Answer, config: &ReplayConfig) -> Option<Result<f64, String>> {
+    let gpu = &config.gpu;
     let counters = &answer.replayed.counters;
     let issue = counters.total().issue;
     let IssueCounters {
@@ -40,15 +40,61 @@ pub(super) fn of_replay(metric: &str, answer: &Answer, gpu: &Gpu) -> Option<Resu
                 None => Err("buffers do not go through a cache of that level".to_owned()),
             }
         }
-        "pass_ms:present" => {
-            let present = answer.report.pass(Pass::Present.name());
-            let time = present.and_then(|pass| pass.counters.get("frame_time_ms")?.value.as_f64());
-            time.ok_or_else(|| "the technique has no such pass".to_owned())
+        "atomics_per_queued_ray" => {
+            // An add, and a maximum for the size of the next dispatch.
+            let adds = counters.pass(Pass::ScreenSpace).issue.atomics / 2;
+            per(adds, counters.pass(Pass::Reflection).issue.rays, "rays that are put into a buffer")
         }
-        "normal_error_printed" => Ok(normal_error(1.0)),
-        "normal_error_half" => Ok(normal_error(0.5)),
-        _ => return None,
+        "buckets_per_warp" => {
+            let strategy = config.technique.reflections.as_ref().map(|reflections| reflections.atomics);
+            let width = u64::from(gpu.cores.warp_width);
+            let warps = counters.pass(Pass::Reflection).issue.rays.div_ceil(width);
+            match strategy {
+                Some(AtomicStrategy::Subgroup | AtomicStrategy::Ballot) => {
+                    per(counters.pass(Pass::BucketCount).issue.atomics, warps, "rays")
+                }
+                _ => Err("only atomics by subgroups are one for each bucket of a warp".to_owned()),
+            }
+        }
+        "secondary_ms" => time_of(answer, |pass| !OF_PRIMARY_HITS.map(Pass::name).contains(&pass)),
+        _ => {
+            let (counter, passes) = metric.split_once(':')?;
+            match counter {
+                "pass_ms" => time_of(answer, |pass| passes.split('+').any(|name| name == pass)),
+                "simt_efficiency" => {
+                    let sum = |id| sum_of(answer, id, |pass| passes.split('+').any(|name| name == pass));
+                    sum("alu_operations").and_then(|active| Ok(active / sum("alu_operations_issued")?))
+                }
+                _ => of_pass(answer, counter, passes),
+            }
+        }
     })
+}
+
+/// Passes that find primary hits, or bring the colour to the screen.
+const OF_PRIMARY_HITS: [Pass; 5] =
+    [Pass::Binning, Pass::Geometry, Pass::Primary, Pass::Output, Pass::Present];
+
+/// The time of all passes of these names that the frame has.
+fn time_of(answer: &Answer, of: impl Fn(&str) -> bool) -> Result<f64, String> {
+    sum_of(answer, "frame_time_ms", of)
+}
+
+/// A counter's sum over all passes of these names that the frame has.
+fn sum_of(answer: &Answer, counter: &str, of: impl Fn(&str) -> bool) -> Result<f64, String> {
+    let passes = answer.report.passes.iter().filter(|pass| of(&pass.name));
+    let figures = passes.filter_map(|pass| pass.counters.get(counter)?.value.as_f64());
+    figures.reduce(|sum, figure| sum + figure).ok_or_else(|| "the frame has no such pass".to_owned())
+}
+
+/// A counter of one pass.
+fn of_pass(answer: &Answer, counter: &str, pass: &str) -> Result<f64, String> {
+    let pass = answer.report.pass(pass).ok_or("the frame has no such pass")?;
+    match pass.counters.get(counter).map(|counter| &counter.value) {
+        Some(reports::Value::Absent { reason }) => Err(reason.clone()),
+        Some(value) => value.as_f64().ok_or_else(|| "it is not a number".to_owned()),
+        None => Err("a pass has no such counter".to_owned()),
+    }
 }
 
 fn structure_nodes(answer: &Answer) -> u64 {
@@ -66,23 +112,6 @@ pub(super) fn of_structure(metric: &str, frame: &Frame<'_>, [ct, ci]: [f64; 2]) 
         "splits_costlier_than_leaf" => structure.splits_costlier_than_leaf(ct, ci) as f64,
         _ => return None,
     })
-}
-
-/// Largest error of any component of a unit normal that is stored as `n * 0.5 + offset` in 8 bits, clamped to [0, 1] and rounded to
-/// nearest.
-fn normal_error(offset: f64) -> f64 {
-    let mut worst = 0.0_f64;
-    let coordinate = |step: u32| (f64::from(step) + 0.5) / f64::from(NORMALS_PER_EDGE) * 2.0 - 1.0;
-    for (a, b) in (0..NORMALS_PER_EDGE).flat_map(|a| (0..NORMALS_PER_EDGE).map(move |b| (a, b))) {
-        let (a, b) = (coordinate(a), coordinate(b));
-        let length = (a * a + b * b + 1.0).sqrt();
-        // The cube's other faces permute these components and their signs.
-        for component in [a / length, b / length, 1.0 / length, -1.0 / length] {
-            let stored = ((component * 0.5 + offset).clamp(0.0, 1.0) * 255.0).round() / 255.0;
-            worst = worst.max(((stored - offset) / 0.5 - component).abs());
-        }
-    }
-    worst
 }
 
 /// Rays per second / 10^6 of the unobserved tracer on one thread.
@@ -106,44 +135,4 @@ pub(super) fn cpu_mrays_per_second(frame: &Frame<'_>, [width, height]: [u32; 2])
         rays as f64 / start.elapsed().as_secs_f64() / 1e6
     };
     (0..CPU_RUNS).map(|_| run()).fold(0.0, f64::max)
-}
-
-/// Which audits of a trace a setup asks for.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Audits {
-    pub(super) leaves_tested_twice: bool,
-    pub(super) restarts_above_push_down: bool,
-}
-
-impl Audits {
-    pub(super) fn any(self) -> bool {
-        self.leaves_tested_twice || self.restarts_above_push_down
-    }
-}
-
-/// What the audits of one ray set found: leaves tested twice, restarts above the push-down node.
-pub(super) fn audit(
-    audits: Audits,
-    topology: &tracer::Topology,
-    set: &RaySet,
-    stack: Option<&RaySet>,
-) -> [u64; 2] {
-    let twice =
-        if audits.leaves_tested_twice { tracer::audit::leaves_tested_twice(topology, set) } else { 0 };
-    let above = match stack {
-        Some(stack) => tracer::audit::restarts_above_push_down(topology, stack, set),
-        None => 0,
-    };
-    [twice, above]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn half_an_offset_keeps_a_normal_to_half_a_step_and_a_whole_one_loses_it() {
-        assert!(normal_error(0.5) <= 1.0 / 255.0 + 1e-12, "{}", normal_error(0.5));
-        assert!(normal_error(1.0) > 0.9, "positive components are clamped");
-    }
 }

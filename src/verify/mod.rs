@@ -1,6 +1,8 @@
 //! What `raybudget verify` measures.
 
 pub(crate) mod accuracy;
+mod audits;
+mod formulas;
 pub(crate) mod hardware;
 pub(crate) mod measure;
 mod metrics;

@@ -1,11 +1,15 @@
 //! The counterparts of the figures and the table of Sousa et al. 2019, from the measurements of their claims.
 
 use super::measure::Measured;
-use crate::report::{Answer, HEAT_MAP_PERCENTILE, MAPS, MapKind, in_sentence};
+use crate::pictures::{HEAT_MAP_PERCENTILE, MAPS, MapKind, in_sentence};
+use crate::report::Answer;
 use reports::chart::{BarChart, Scale, Series};
 use reports::claims::{ClaimSet, SceneRole, Setup};
-use reports::heat_map::{Panel, Panels, write_panels_png};
+use reports::heat_map::{Panel, Panels, ScaleEnd, write_panels_png};
 use std::fmt::Write;
+
+/// The paper, by the letter of its claims.
+const LETTER: &str = "A";
 
 /// The traversals of the paper, as setups and as the paper name them.
 const TRAVERSALS: [(&str, &str); 4] = [
@@ -65,6 +69,11 @@ impl Place<'_> {
 
 fn base<'a>(scene: &'a str, traversal: &'a str) -> Place<'a> {
     Place { scene, traversal, layout: LAYOUTS[0], technique: TECHNIQUES[0], costs: CHOSEN }
+}
+
+/// Whether these are the claims of the paper whose figures are drawn here.
+pub(crate) fn is_of(claims: &ClaimSet) -> bool {
+    claims.paper.letter == LETTER
 }
 
 /// Setups whose heat maps the figures show.
@@ -271,7 +280,7 @@ fn panels(
         width,
         panels,
         columns: TRAVERSALS.len(),
-        clamp_percentile: HEAT_MAP_PERCENTILE,
+        end: ScaleEnd::Percentile(HEAT_MAP_PERCENTILE),
     })?;
     Ok(Some(picture))
 }

@@ -1,7 +1,9 @@
 //! Do frames of reflections hold what their techniques promise?
 
-use crate::support::{arg, folder, raybudget, without_run};
+use crate::support::{arg, folder, names_in, raybudget, without_run};
 use serde_json::Value;
+use std::fs;
+use std::path::Path;
 
 const FRAME: [&str; 10] = [
     "profile",
@@ -147,4 +149,73 @@ fn a_trace_is_of_pixels_and_says_so() {
     raybudget(["trace", "cornell", "--size", "32x32", "-o", arg(&trace)]).ok();
     let message = raybudget(["replay", arg(&trace), "--technique", "reflections-hybrid"]).refused();
     assert!(message.contains("use profile or compare"), "{message}");
+}
+
+/// Width, height and pixels of a picture.
+fn decoded(path: &Path) -> (u32, u32, Vec<u8>) {
+    let file = std::io::BufReader::new(fs::File::open(path).expect("a picture"));
+    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a small picture")];
+    let info = reader.next_frame(&mut pixels).expect("a whole PNG");
+    (info.width, info.height, pixels)
+}
+
+#[test]
+fn a_frame_has_pictures_of_what_it_has() {
+    let dir = folder();
+    let written = |options: &[&str]| {
+        let out = dir.path().join(options.join(" "));
+        let report = profile(&[&["-o", arg(&out)], options].concat());
+        (names_in(&out), report, out)
+    };
+    let has = |names: &[String], name: &str| names.iter().any(|other| other == name);
+    let left_out = |report: &Value| {
+        report["left_out"].as_array().expect("a list").iter().any(|entry| entry["what"] == "divergence map")
+    };
+    let occupancy = ["ray-unit-occupancy.svg", "ray-unit-occupancy.png", "ray-unit-occupancy.csv"];
+
+    let (names, report, out) = written(&["--technique", "reflections-hybrid-sign"]);
+    assert!(
+        ["coverage.png", "divergence.png", "dram-lines.png"]
+            .iter()
+            .chain(&occupancy)
+            .all(|name| has(&names, name))
+    );
+    assert!(!left_out(&report));
+    let (width, height, pixels) = decoded(&out.join("coverage.png"));
+    // 72 x 40 pixels are enlarged to 576 x 320.
+    assert!(width >= 576 && height > 320, "{width} x {height}");
+    // Yellow for the screen, blue for hits of ray queries.
+    for colour in [[0xf0, 0xe4, 0x42], [0x00, 0x72, 0xb2]] {
+        let painted = pixels.chunks_exact(3).filter(|pixel| *pixel == colour).count();
+        assert!(painted > 100 * 8 * 8, "{painted} pixels of {colour:?}");
+    }
+    let table = fs::read_to_string(out.join(occupancy[2])).expect("a table");
+    assert!(table.contains("\nreflection rays,boxes,13,16,"), "{table}");
+
+    let (names, report, _) = written(&["--technique", "reflections-hybrid-sign", "--ray-unit", "ray"]);
+    assert!(has(&names, "coverage.png") && !has(&names, "divergence.png") && left_out(&report), "{names:?}");
+    assert!(!occupancy.iter().any(|name| has(&names, name)), "{names:?}");
+    let (names, report, _) = written(&["--technique", "reflections-hybrid-sign", "--ray-unit", "none"]);
+    assert!(has(&names, "divergence.png") && !has(&names, occupancy[0]) && !left_out(&report), "{names:?}");
+    let (names, report, _) = written(&["--technique", "fragment"]);
+    assert!(
+        !has(&names, "coverage.png") && !has(&names, "divergence.png") && !left_out(&report),
+        "{names:?}"
+    );
+    assert!(has(&names, occupancy[0]));
+}
+
+#[test]
+fn variants_of_reflections_stand_side_by_side() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let gpu = ["--gpu", "mali-g715", "--technique", "reflections-hybrid-sign", "-o", arg(&out)];
+    let vary = ["--vary", "binning=none+sign"];
+    raybudget(["compare"].iter().chain(&FRAME[1..]).chain(&gpu).chain(&vary)).ok();
+    // Bins change the order of rays, not what they meet: one map of coverage, two of divergence.
+    let (alone, _, _) = decoded(&out.join("coverage.png"));
+    let (side_by_side, _, _) = decoded(&out.join("divergence.png"));
+    assert!(alone < 2 * 504 && side_by_side > 2 * 504, "{alone} and {side_by_side} pixels wide");
+    assert!(out.join("dram-lines.png").exists());
 }

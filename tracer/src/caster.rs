@@ -13,6 +13,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) structure: &'a AccelerationStructure,
     pub(crate) triangles: &'a [Triangle],
     pub(crate) offset: RayOffset,
+    /// Of rays to lights.
+    pub(crate) shadow_query: Query,
 }
 
 impl Scene<'_> {
@@ -65,7 +67,7 @@ impl<'a, 'b> Caster<'a, 'b> {
         let next = ray.filter(|_| hit.is_hit()).map(|ray| self.scene.departure(&hit, ray.direction));
         for &light in lights {
             match &next {
-                Some(next) => self.cast(Some(next.shadow_ray(light)), Query::Any).map(drop)?,
+                Some(next) => self.cast(Some(next.shadow_ray(light)), self.scene.shadow_query).map(drop)?,
                 None => self.sets.next().expect("every set is cast once").skip_ray(),
             }
         }

@@ -1,6 +1,7 @@
 //! Rays and hits, in f32 as a GPU has them.
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// A ray segment `origin + t * direction`, `t` in `[t_min, t_max]`.
 ///
@@ -27,12 +28,32 @@ impl Ray {
 }
 
 /// What a query asks of a ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Query {
     /// The nearest hit in `[t_min, t_max]`.
+    #[serde(rename = "closest-hit")]
     Closest,
     /// Whether there is any hit in `[t_min, t_max]`: the first one found ends the traversal.
+    #[serde(rename = "any-hit")]
     Any,
+}
+
+impl Query {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Any, Self::Closest];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Closest => "closest-hit",
+            Self::Any => "any-hit",
+        }
+    }
+
+    /// The query of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|query| query.name() == name)
+    }
 }
 
 /// The primitive id of a miss.

@@ -139,7 +139,7 @@ impl SecondaryRays {
                 for (light, &middle) in lights.iter().enumerate() {
                     let point = points(RayKind::SoftShadow, light).point(sample);
                     let ray = from.shadow_ray(point_of_sphere(middle, *radius, from.origin, point));
-                    caster.cast(Some(ray), Query::Any)?;
+                    caster.cast(Some(ray), scene.shadow_query)?;
                 }
             }
         }
@@ -241,7 +241,7 @@ mod tests {
             AccelerationStructure::build(&triangles, Traversal::BvhStack, &BuildOptions::default())
                 .expect("it builds");
         let offset = RayOffset::new(&triangles);
-        let scene = Scene { structure: &structure, triangles: &triangles, offset };
+        let scene = Scene { structure: &structure, triangles: &triangles, offset, shadow_query: Query::Any };
         let view = View::new(&cornell.camera, 20, 20);
         let (mut hits, mut misses) = (0, 0);
         for pixel in 0..400_u32 {

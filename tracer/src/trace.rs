@@ -4,7 +4,7 @@ use crate::accel::Accel;
 use crate::error::Error;
 use crate::observe::{LoopStructure, NodeFetch, Observer, Op};
 use crate::raster::TileDraw;
-use crate::ray::NO_HIT;
+use crate::ray::{NO_HIT, Query};
 use crate::ray_set::{self, RaySetId};
 use crate::topology::Topology;
 use crate::wide::NodeFormat;
@@ -244,6 +244,14 @@ pub enum Choice {
     Out,
 }
 
+fn any_hit() -> Query {
+    Query::Any
+}
+
+fn is_any_hit(query: &Query) -> bool {
+    *query == Query::Any
+}
+
 fn yes() -> bool {
     true
 }
@@ -269,6 +277,9 @@ pub struct TraceHeader {
     /// The sets of rays, in the order in which a pixel's shader casts them.
     #[serde(with = "ray_set")]
     pub ray_sets: Vec<RaySetId>,
+    /// What shadow rays ask for: they need any hit, and some renderers search the closest one.
+    #[serde(default = "any_hit", skip_serializing_if = "is_any_hit")]
+    pub shadow_query: Query,
     /// Whether tiles list the triangles that a rasteriser draws; never for a list of rays.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub raster: bool,

@@ -71,6 +71,7 @@ pub(crate) fn header(
         triangles: triangles.len() as u32,
         frame,
         ray_sets,
+        shadow_query: Query::Any,
         raster: false,
         normals: true,
         forced: Vec::new(),
@@ -117,7 +118,8 @@ impl<'a> FrameTracer<'a> {
         let ray_sets = std::iter::once(RaySetId::PRIMARY).chain(shadows).collect();
         let header = header(structure, options, triangles, scene, rays.frame(), ray_sets);
         let topology = structure.topology();
-        let scene = Scene { structure, triangles, offset: RayOffset::new(triangles) };
+        let offset = RayOffset::new(triangles);
+        let scene = Scene { structure, triangles, offset, shadow_query: Query::Any };
         let secondary = SecondaryRays::default();
         let stalls = AtomicU64::new(0);
         Self { scene, rays, raster: None, lights, secondary, header, topology, stalls }
@@ -129,6 +131,14 @@ impl<'a> FrameTracer<'a> {
         self.header.ray_sets.truncate(1 + self.lights.len());
         self.header.ray_sets.extend(secondary.ray_sets());
         self.secondary = secondary;
+        self
+    }
+
+    /// The same tracer, whose shadow rays ask for that.
+    #[must_use]
+    pub fn with_shadow_query(mut self, query: Query) -> Self {
+        self.scene.shadow_query = query;
+        self.header.shadow_query = query;
         self
     }
 
@@ -197,7 +207,7 @@ impl<'a> FrameTracer<'a> {
         let (primary_set, other_sets) =
             tile.ray_sets.split_first_mut().expect("the primary rays are always there");
         let (shadow_sets, secondary_sets) = other_sets.split_at_mut(self.lights.len());
-        let Scene { structure, triangles, offset } = &self.scene;
+        let Scene { structure, triangles, offset, shadow_query } = &self.scene;
         let mut stalls = 0;
         let every = |start: u32, length: u32| (start..start + length).step_by(stride as usize);
         for y in every(rect.y, rect.height) {
@@ -221,7 +231,7 @@ impl<'a> FrameTracer<'a> {
                     let triangle = &triangles[hit.primitive as usize];
                     let shadow = offset.shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
                     let mut recorder = Recorder::new(set);
-                    let occluder = structure.trace(&shadow, Query::Any, &mut recorder);
+                    let occluder = structure.trace(&shadow, *shadow_query, &mut recorder);
                     stalls += recorder.stalls();
                     set.end_ray(occluder.primitive)?;
                 }

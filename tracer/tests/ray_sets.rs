@@ -4,9 +4,9 @@ use glam::Vec3;
 use scenes::{Camera, Triangle};
 use std::collections::BTreeMap;
 use tracer::{
-    AccelerationStructure, BuildOptions, EncodedTile, FrameTracer, NO_HIT, NOT_CAST, RayKind, RaySetId, Rays,
-    ReflectionRays, SceneIdentity, SecondaryRays, SoftShadows, Tile, TileSource, TraceFile, TraceWriter,
-    Traversal, View,
+    AccelerationStructure, BuildOptions, EncodedTile, FrameTracer, NO_HIT, NOT_CAST, Query, RayKind,
+    RaySetId, Rays, ReflectionRays, SceneIdentity, SecondaryRays, SoftShadows, Tile, TileSource, TraceFile,
+    TraceWriter, Traversal, View,
 };
 
 /// A scene seen by a camera.
@@ -360,4 +360,60 @@ fn sets_without_the_rays_that_they_start_from_are_not_written() {
         let refused = TraceWriter::create(&path, &header, tracer.topology()).err().expect("refused");
         assert!(refused.to_string().contains("diffuse-shadow rays of sample 0 without"), "{refused}");
     });
+}
+
+#[test]
+fn a_shadow_ray_that_searches_the_closest_hit_tells_the_same_light_in_no_fewer_steps() {
+    let world = World::cornell(16);
+    let lights = vec![Vec3::new(278.0, 500.0, 279.5)];
+    let rays = SecondaryRays {
+        samples: 1,
+        soft_shadows: Some(SoftShadows { lights: lights.clone(), radius: 60.0 }),
+        reflections: Some(vec![ReflectionRays::Mirror; world.triangles.len()]),
+        ambient_occlusion: Some(150.0),
+        diffuse: true,
+        lights,
+        ..SecondaryRays::default()
+    };
+    for traversal in Traversal::ALL {
+        let options = BuildOptions::default();
+        let structure =
+            AccelerationStructure::build(&world.triangles, traversal, &options).expect("it builds");
+        let traced = |query: Query| {
+            let identity = SceneIdentity { name: "test".to_owned(), hash: 1 };
+            let view =
+                Rays::View { view: View::new(&world.camera, world.size, world.size), width: 16, height: 16 };
+            let tracer =
+                FrameTracer::new(&structure, &options, &world.triangles, identity, view, rays.lights.clone())
+                    .with_secondary(rays.clone())
+                    .with_shadow_query(query);
+            assert_eq!(tracer.header().shadow_query, query);
+            (tracer.header().ray_sets.clone(), tiles(&tracer))
+        };
+        let ((kinds, any), (_, closest)) = (traced(Query::Any), traced(Query::Closest));
+        let mut saved = 0;
+        for (any, closest) in any.iter().zip(&closest) {
+            for ((any, closest), id) in any.ray_sets.iter().zip(&closest.ray_sets).zip(&kinds) {
+                let to_light = matches!(
+                    id.kind,
+                    RayKind::Shadow
+                        | RayKind::SoftShadow
+                        | RayKind::ReflectionShadow
+                        | RayKind::DiffuseShadow
+                );
+                if !to_light {
+                    assert_eq!(any, closest, "{id:?}");
+                    continue;
+                }
+                for ray in 0..any.ends.len() {
+                    let lit = |hit: u32| (hit >= NOT_CAST).then_some(hit);
+                    assert_eq!(lit(any.hits[ray]), lit(closest.hits[ray]), "{traversal:?} {id:?}");
+                    let steps = [any, closest].map(|set| set.range(ray).len());
+                    assert!(steps[0] <= steps[1], "{traversal:?} {id:?}: {steps:?}");
+                    saved += steps[1] - steps[0];
+                }
+            }
+        }
+        assert!(saved > 0, "{traversal:?}");
+    }
 }

@@ -88,7 +88,7 @@ pub struct LeftOut {
 /// Estimates the frame that `replayed` counted; `header`, `topology` and `config` are those of the replay.
 ///
 /// The phases follow each other without overlap, and their times add up. The time of a phase is simulated where the rung is
-/// [`Fidelity::Timed`], else that of closed queueing networks, see [`crate::queueing`]; it is never below the largest of its bounds,
+/// [`Fidelity::Timed`](crate::Fidelity::Timed), else that of closed queueing networks, see [`crate::queueing`]; it is never below the largest of its bounds,
 /// each of which is a lower bound on its own. All bounds are sums over passes, and a pass's time is its share of the resource
 /// whose bound is the largest of its phase.
 ///

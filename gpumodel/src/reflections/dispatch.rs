@@ -1,5 +1,6 @@
 //! One dispatch after another on the same caches.
 
+use super::maps::MapPainter;
 use crate::config::Gpu;
 use crate::counters::{FrameCounters, Pass};
 use crate::engine::Engine;
@@ -18,6 +19,8 @@ pub(super) struct Running {
     pub(super) engine: Engine,
     pub(super) counters: FrameCounters,
     pub(super) resident_warps: [u32; Pass::COUNT],
+    /// Where they are kept.
+    pub(super) maps: Option<MapPainter>,
 }
 
 /// What one piece at a time is made with.
@@ -57,7 +60,7 @@ impl Running {
         make: impl Fn(u32) -> Result<(TileStreams, T), Error> + Sync,
         mut keep: impl FnMut(T),
     ) -> Result<(), Error> {
-        let Self { engine, counters, resident_warps: by_pass } = self;
+        let Self { engine, counters, resident_warps: by_pass, .. } = self;
         engine.set_resident_warps(resident_warps);
         passes.iter().for_each(|&pass| by_pass[pass as usize] = resident_warps);
         let batch = PIECES_PER_THREAD * rayon::current_num_threads() as u32;

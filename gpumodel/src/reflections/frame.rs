@@ -4,11 +4,12 @@ use super::dispatch::{Benches, Running, resident_warps};
 use super::lanes::Lanes;
 use super::listing::Listing;
 use super::lists::Lists;
+use super::maps::MapPainter;
 use super::march::MarchPass;
 use super::prices::Prices;
-use super::rays::{From, Hits, RayPass};
+use super::rays::{From, Hits, OfPiece, RayPass};
 use super::sort::SortPass;
-use super::{ReflectionFrame, Shadows, Technique, size};
+use super::{ReflectionFrame, ReplayedReflections, Shadows, Technique, size};
 use crate::config::{Atomics, HitShading, Launch, ReflectionRegisters, ScreenSpace};
 use crate::counters::{FrameCounters, Pass};
 use crate::engine::{Engine, Finished};
@@ -24,14 +25,15 @@ use tracer::reflections::{NO_RAY, ReflectionTracer};
 use tracer::{Frame, NOT_CAST, RayKind, RaySetId, TILE_RAYS, TileSource, TraceHeader};
 
 /// A frame of reflections on its way through a GPU.
-pub(super) struct Replay<'a> {
-    frame: &'a ReflectionFrame<'a>,
+pub(super) struct Replay<'a, 'f> {
+    frame: &'a ReflectionFrame<'f>,
     config: &'a ReplayConfig,
     technique: &'a Technique,
     prices: Prices<'a>,
     atomics: &'a Atomics,
     lanes: Lanes,
     benches: Benches,
+    maps: Maps,
 }
 
 /// What a list of rays is traced with.
@@ -45,20 +47,20 @@ struct Tracing<'a> {
     warps: u32,
 }
 
-impl<'a> Replay<'a> {
+impl<'a, 'f> Replay<'a, 'f> {
     pub(super) fn new(
-        frame: &'a ReflectionFrame<'a>,
+        frame: &'a ReflectionFrame<'f>,
         config: &'a ReplayConfig,
         technique: &'a Technique,
-        prices: Prices<'a>,
-        atomics: &'a Atomics,
+        (prices, atomics): (Prices<'a>, &'a Atomics),
+        maps: Maps,
     ) -> Self {
         let warp_width = config.gpu.cores.warp_width;
         let lanes = Lanes::new(size(frame.reflections), technique.workgroup, warp_width);
-        Self { frame, config, technique, prices, atomics, lanes, benches: Benches::default() }
+        Self { frame, config, technique, prices, atomics, lanes, benches: Benches::default(), maps }
     }
 
-    pub(super) fn run(&self) -> Result<(Replayed, TraceHeader), Error> {
+    pub(super) fn run(&self) -> Result<ReplayedReflections, Error> {
         let Self { frame, config, technique, lanes, .. } = self;
         let prices = self.prices;
         let march_warps = self.resident_warps(self.march_registers())?;
@@ -96,6 +98,9 @@ impl<'a> Replay<'a> {
         let hits = if sorts { Hits::Kept } else { Hits::Shaded };
         let pass = self.ray_pass(&tracing, &lists, (from, hits), Pass::Reflection);
         let hits = self.run_rays(&pass, passes, tracing.warps, &mut running)?;
+        if let Some(maps) = &mut running.maps {
+            maps.hits(&pass, &hits);
+        }
         let (width, height) = size(frame.reflections);
         let frame = Frame::Image { width, height };
         let mut header = TraceHeader { frame, ..tracing.rays.header().clone() };
@@ -103,7 +108,9 @@ impl<'a> Replay<'a> {
             header.ray_sets = self.shade_by_material(&listing, &hits, &lists, &mut running)?;
         }
         running.counters.stalls = tracing.rays.stalls();
-        Ok((self.finish(tracing, &lists, running), header))
+        let (maps, heat) = running.maps.take().map(MapPainter::finish).unzip();
+        let replayed = Replayed { maps: heat, ..self.finish(tracing, &lists, running) };
+        Ok(ReplayedReflections { replayed, header, maps })
     }
 
     /// Warps that a core holds of a shader with so many registers.
@@ -123,7 +130,7 @@ impl<'a> Replay<'a> {
         shadows: Shadows,
         (known, shading): (Option<RayKind>, Option<Pass>),
         own_registers: u32,
-    ) -> Result<Tracing<'a>, Error> {
+    ) -> Result<Tracing<'f>, Error> {
         let Self { frame, config, .. } = self;
         let gpu = &config.gpu;
         let rays = (frame.list)(order, shadows)?;
@@ -154,13 +161,18 @@ impl<'a> Replay<'a> {
 
     /// Empty cores and cold caches.
     fn start(&self, tracing: &Tracing<'_>, lists: &Lists) -> Result<Running, Error> {
-        let Self { config, .. } = self;
-        let Tracing { program, paths, warps, rays, .. } = tracing;
+        let Self { frame, config, maps, .. } = self;
+        let Tracing { program, paths, warps, rays, walk, .. } = tracing;
         let (hierarchy, _) = caches(&config.gpu, config.gpu.ray_unit_for(rays.header()).is_some())?;
         let places = Places { end: lists.end, ..program.buffers.places() };
-        let engine =
-            Engine::new(config.fidelity, &config.gpu, hierarchy, *paths, places, *warps, Maps::Dropped)?;
-        Ok(Running { engine, counters: FrameCounters::default(), resident_warps: [*warps; Pass::COUNT] })
+        let engine = Engine::new(config.fidelity, &config.gpu, hierarchy, *paths, places, *warps, *maps)?;
+        let maps = (*maps == Maps::Kept).then(|| MapPainter::new(frame, walk.in_lockstep()));
+        Ok(Running {
+            engine,
+            counters: FrameCounters::default(),
+            resident_warps: [*warps; Pass::COUNT],
+            maps,
+        })
     }
 
     /// The dispatch that marches, and lists the rays that are left.
@@ -219,12 +231,12 @@ impl<'a> Replay<'a> {
 
     fn ray_pass<'b>(
         &'b self,
-        tracing: &'b Tracing<'a>,
+        tracing: &'b Tracing<'f>,
         lists: &'b Lists,
         (from, hits): (From<'b>, Hits),
         pass: Pass,
     ) -> RayPass<'b> {
-        let Self { frame, .. } = self;
+        let Self { frame, maps, .. } = self;
         let Tracing { program, walk, lane_map, rays, .. } = tracing;
         RayPass {
             program,
@@ -238,6 +250,7 @@ impl<'a> Replay<'a> {
             from,
             hits,
             pass,
+            maps: *maps,
         }
     }
 
@@ -249,10 +262,17 @@ impl<'a> Replay<'a> {
         warps: u32,
         running: &mut Running,
     ) -> Result<Vec<u32>, Error> {
-        let mut hits = Vec::new();
+        let (mut hits, mut costs) = (Vec::new(), Vec::new());
         let pieces = pass.rays.header().frame.tiles();
         let make = |index: u32| self.benches.with(|bench| pass.piece(bench, index));
-        running.dispatch(passes, warps, pieces, make, |of_piece: Vec<u32>| hits.extend(of_piece))?;
+        let before = running.engine.misses_by_warp().len();
+        running.dispatch(passes, warps, pieces, make, |of_piece: OfPiece| {
+            hits.extend(of_piece.hits);
+            costs.extend(of_piece.costs);
+        })?;
+        if let Some(maps) = &mut running.maps {
+            maps.costs(pass, &costs, &running.engine.misses_by_warp()[before..]);
+        }
         Ok(hits)
     }
 
@@ -336,7 +356,7 @@ impl<'a> Replay<'a> {
 
     fn finish(&self, tracing: Tracing<'_>, lists: &Lists, running: Running) -> Replayed {
         let Tracing { program, .. } = tracing;
-        let Running { engine, mut counters, resident_warps } = running;
+        let Running { engine, mut counters, resident_warps, .. } = running;
         let Finished { traffic, flush, schedule, phases, timed } = engine.finish();
         for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
             pass.traffic = traffic;

@@ -9,15 +9,20 @@ mod frame;
 mod lanes;
 mod listing;
 mod lists;
+mod maps;
 mod march;
 mod prices;
 mod rays;
 mod sort;
+#[cfg(test)]
+mod tests;
+
+pub use self::maps::{Coverage, LaneSlots, ReflectionMaps};
 
 use self::prices::Prices;
 use crate::config::Reflections as Technique;
 use crate::error::Error;
-use crate::replay::{Fidelity, ReplayConfig, Replayed};
+use crate::replay::{Fidelity, Maps, ReplayConfig, Replayed};
 use tracer::reflections::{ReflectionTracer, Reflections};
 use tracer::{Aabb, TraceHeader};
 
@@ -46,14 +51,26 @@ pub enum Shadows {
     None,
 }
 
-/// Replays a frame of reflections; the second result is its header, over the pixels of the image.
+/// A frame of reflections that has been replayed.
+#[derive(Clone, Debug)]
+pub struct ReplayedReflections {
+    /// Its counts. Of heat maps, those of warps tell of the dispatches that trace: a pixel's march belongs to none.
+    pub replayed: Replayed,
+    /// Over the pixels of the image.
+    pub header: TraceHeader,
+    /// What its pixels show, where that was asked for.
+    pub maps: Option<ReflectionMaps>,
+}
+
+/// Replays a frame of reflections.
 ///
 /// # Errors
 /// When the configuration's technique has no reflections or cannot run on its GPU, or a list of rays cannot be traced.
-pub fn replay_reflections<'a>(
-    frame: &'a ReflectionFrame<'a>,
-    config: &'a ReplayConfig,
-) -> Result<(Replayed, TraceHeader), Error> {
+pub fn replay_reflections(
+    frame: &ReflectionFrame<'_>,
+    config: &ReplayConfig,
+    maps: Maps,
+) -> Result<ReplayedReflections, Error> {
     let Some(technique) = &config.technique.reflections else {
         return Err(refuse(config, "has no [reflections]", "use one of reflections-*"));
     };
@@ -75,7 +92,7 @@ pub fn replay_reflections<'a>(
         problem: "it has no [atomics]".to_owned(),
         remedy: "add it, as configs/gpus/mali-g715.toml has".to_owned(),
     })?;
-    frame::Replay::new(frame, config, technique, prices, atomics).run()
+    frame::Replay::new(frame, config, technique, (prices, atomics), maps).run()
 }
 
 fn refuse(config: &ReplayConfig, problem: &str, remedy: &str) -> Error {

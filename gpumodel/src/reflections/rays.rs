@@ -2,14 +2,16 @@
 
 use super::dispatch::Bench;
 use super::lists::{HIT_BYTES, ID_BYTES, LOAD_BYTES, Lists, MATERIAL_BYTES, POSITION_BYTES, RAY_BYTES};
+use super::maps::{LaneSlots, PieceCosts};
 use super::march::MarchPass;
 use super::prices::Prices;
 use crate::counters::Pass;
 use crate::error::Error;
 use crate::layout::{BufferKind, PIXEL_BYTES};
-use crate::replay::refuse;
+use crate::replay::{Maps, refuse};
 use crate::schedule::{HELPER, LaneMap};
 use crate::warp::{Emitter, Program, TileStreams, Walk, WarpSteps};
+use crate::workshop::per_ray;
 use tracer::reflections::ReflectionTracer;
 use tracer::{NOT_CAST, TILE_RAYS, TileSource};
 
@@ -48,28 +50,63 @@ pub(super) struct RayPass<'a> {
     pub(super) hits: Hits,
     /// What is not the traversal's: reading lists, shading, storing.
     pub(super) pass: Pass,
+    /// Whether it also keeps what each ray cost.
+    pub(super) maps: Maps,
 }
 
+/// What a piece of a list comes to.
+pub(super) struct OfPiece {
+    /// By place, what its ray hit.
+    pub(super) hits: Vec<u32>,
+    pub(super) costs: Option<PieceCosts>,
+}
+
+/// The set of reflection rays in a list.
+const REFLECTIONS: usize = 0;
+
 impl RayPass<'_> {
-    /// The warps of one piece of the list, and what each of its rays hit.
+    /// Whether reflection rays are traced here, and not only what follows from their hits.
+    pub(super) fn traces_reflections(&self) -> bool {
+        self.program.wanted()[REFLECTIONS]
+    }
+
+    /// The warps of one piece of the list, and what its rays come to.
     ///
     /// # Errors
     /// When the piece takes too many steps.
-    pub(super) fn piece(&self, bench: &mut Bench, index: u32) -> Result<(TileStreams, Vec<u32>), Error> {
+    pub(super) fn piece(&self, bench: &mut Bench, index: u32) -> Result<(TileStreams, OfPiece), Error> {
         let Bench { tile, stepper, emitter } = bench;
         let header = self.rays.header();
         self.rays.tile(index, tile)?;
         let rect = header.frame.tile(index);
-        let hits = tile.ray_sets[0].hits.clone();
+        let hits = tile.ray_sets[REFLECTIONS].hits.clone();
         let wanted = self.program.wanted();
-        let take = |warp: &WarpSteps| self.warp(emitter, warp, index * TILE_RAYS, &hits);
+        let mut warps = Vec::new();
+        let take = |warp: &WarpSteps| {
+            let places = self.warp(emitter, warp, index * TILE_RAYS, &hits)?;
+            if self.maps == Maps::Kept {
+                let rays = places.iter().map(|place| place - index * TILE_RAYS);
+                let slots = LaneSlots::of(warp, REFLECTIONS, &tile.ray_sets[REFLECTIONS], rays);
+                warps.push((places, slots));
+            }
+            Ok(())
+        };
         let tally = stepper
             .run(header, (self.walk, &wanted), self.lane_map, (tile, rect), take)
             .map_err(|problem| refuse(header, problem))?;
-        Ok((emitter.take(self.program, &tally, None), hits))
+        let costs = (self.maps == Maps::Kept)
+            .then(|| PieceCosts::new(per_ray(tile, self.program, rect.width * rect.height), warps));
+        Ok((emitter.take(self.program, &tally, None), OfPiece { hits, costs }))
     }
 
-    fn warp(&self, emitter: &mut Emitter, warp: &WarpSteps, first: u32, hits: &[u32]) -> Result<(), String> {
+    /// Answers the places of its rays.
+    fn warp(
+        &self,
+        emitter: &mut Emitter,
+        warp: &WarpSteps,
+        first: u32,
+        hits: &[u32],
+    ) -> Result<Vec<u32>, String> {
         let Self { program, prices, lists, rays, pass, .. } = self;
         let lanes = || warp.rays.iter().copied().filter(|&ray| ray != HELPER);
         let places: Vec<u32> =
@@ -106,7 +143,7 @@ impl RayPass<'_> {
             emitter.end_turn(program, *pass, false);
         }
         emitter.end_warp(program);
-        Ok(())
+        Ok(places)
     }
 
     /// Up to where the warp has its rays.

@@ -55,6 +55,11 @@ impl UnitTests {
         }
     }
 
+    /// Whether rays of a warp go together.
+    pub(super) fn by_warps(&self) -> bool {
+        self.scheduling == RayScheduling::Warp
+    }
+
     /// Tests of the groups of `lanes`, each at one of `ids`.
     pub(super) fn count(&self, op: Op, lanes: &[u64], ids: &[u32], tally: &mut UnitTally) {
         let of_triangles = usize::from(op == Op::Primitive);

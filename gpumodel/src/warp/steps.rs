@@ -60,6 +60,11 @@ impl Walk {
             unit: Some(UnitTests::new(unit, config.gpu.cores.warp_width, topology)),
         }
     }
+
+    /// Whether lanes wait while others step: not where a unit takes each ray by itself.
+    pub(crate) fn in_lockstep(&self) -> bool {
+        self.unit.as_ref().is_none_or(UnitTests::by_warps)
+    }
 }
 
 /// Sums over the warps of a tile.

@@ -1,10 +1,10 @@
 //! Grouped bars.
 
 use super::axis::Axis;
-use super::{ABSENT, checked, legend, palette, png, refuse};
+use super::{ABSENT, checked, palette, png, refuse};
 use crate::error::Error;
 use crate::picture::{
-    Across, BACKGROUND, Down, FAINT, GRID, INK, Label, MARGIN, Rgb, SMALL, Sheet, TEXT, lettering,
+    Across, BACKGROUND, Down, FAINT, GRID, INK, Label, MARGIN, Rgb, SMALL, Sheet, TEXT, legend, lettering,
 };
 use crate::units;
 

@@ -6,14 +6,13 @@
 
 mod axis;
 mod bars;
-mod legend;
 mod matrix;
 mod palette;
 mod work_precision;
 
 pub use bars::{BarChart, Scale, Series};
 pub use matrix::MatrixChart;
-pub(crate) use palette::MOST as MOST_SERIES;
+pub(crate) use palette::{BLUE, MOST as MOST_SERIES, SKY_BLUE, VERMILION, YELLOW};
 pub use work_precision::{PrecisionSeries, WorkPrecisionChart};
 
 use crate::error::Error;

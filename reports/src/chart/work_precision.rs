@@ -1,9 +1,9 @@
 //! Points joined by lines, on two logarithmic axes.
 
-use super::{legend, palette, png, refuse};
+use super::{palette, png, refuse};
 use crate::error::Error;
 use crate::picture::{
-    Across, Down, FAINT, GRID, INK, Label, MARGIN, Rgb, Sheet, TEXT, lettering, ramp, ticks,
+    Across, Down, FAINT, GRID, INK, Label, MARGIN, Rgb, Sheet, TEXT, legend, lettering, ramp, ticks,
 };
 use crate::units;
 

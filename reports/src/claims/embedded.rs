@@ -15,11 +15,18 @@ pub struct Embedded {
 }
 
 /// All of them, by letter.
-pub const EMBEDDED: &[Embedded] = &[Embedded {
-    letter: "A",
-    file: "configs/claims/sousa-2019.toml",
-    text: include_str!("../../../configs/claims/sousa-2019.toml"),
-}];
+pub const EMBEDDED: &[Embedded] = &[
+    Embedded {
+        letter: "A",
+        file: "configs/claims/sousa-2019.toml",
+        text: include_str!("../../../configs/claims/sousa-2019.toml"),
+    },
+    Embedded {
+        letter: "C",
+        file: "configs/claims/calvo-lista-2026.toml",
+        text: include_str!("../../../configs/claims/calvo-lista-2026.toml"),
+    },
+];
 
 impl Embedded {
     /// The claims, checked.

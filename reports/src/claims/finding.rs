@@ -1,7 +1,7 @@
 //! Whether the figures of a case satisfy a rule, by how much, and how to say so.
 
 use super::model::{Metric, Variant};
-use super::rule::{Bound, Direction, End, Rule};
+use super::rule::{Bound, Condition, Direction, End, Rule};
 use crate::units::digits;
 
 /// Figures on their limit keep it, although their quotient is rounded.
@@ -58,10 +58,11 @@ impl Rule {
     pub(super) fn judge(&self, columns: &[f64], place: &str) -> Finding {
         let plain = |margin: f64, figures: String| Finding { margin, figures, error: None };
         match self {
-            Self::Number { metric, of, within, .. } => {
+            Self::Number { metric, of, to, within, .. } => {
                 let error = columns[0] / columns[1] - 1.0;
+                let over = to.as_ref().map_or(String::new(), |to| format!(" / {}", to.name));
                 let figures = format!(
-                    "{metric} of {} on {place}: {} against {} published ({})",
+                    "{metric} of {}{over} on {place}: {} against {} published ({})",
                     of.name,
                     digits(columns[0]),
                     digits(columns[1]),
@@ -123,6 +124,29 @@ impl Rule {
                     digits(columns[1])
                 ),
             ),
+            Self::Contrast { metric, of, to, lower, higher, effect } => {
+                let (low, high) = columns.split_at(lower.len());
+                let by = advantage(largest(low), smallest(high));
+                let parts = lower.iter().chain(higher).zip(columns);
+                let named: Vec<String> = parts
+                    .map(|(condition, &value)| format!("{} {}", condition.name, digits(value)))
+                    .collect();
+                plain(
+                    by - effect,
+                    format!(
+                        "{metric} of {} / {} on {place}: {} against {} ({})",
+                        of.name,
+                        to.name,
+                        named[..lower.len()].join(", "),
+                        named[lower.len()..].join(", "),
+                        percent(by)
+                    ),
+                )
+            }
+            Self::Swap { metric, across, effect } => {
+                let (by, best) = swap(across, columns);
+                plain(by - effect, format!("least {metric} on {place}: {best} ({})", percent(by)))
+            }
             Self::Property { metric, of, bound } => {
                 let margin = match bound {
                     Bound::Equals(value) => -(columns[0] - value).abs(),
@@ -187,12 +211,41 @@ impl Rule {
                 format!("{} at every step, {}", name(*direction), by(effect))
             }
             Self::Shift { direction, effect, .. } => format!("{} {}", name(*direction), by(effect)),
+            Self::Contrast { effect, lower, higher, .. } => {
+                let names = |conditions: &[Condition]| -> String {
+                    conditions.iter().map(|condition| condition.name.as_str()).collect::<Vec<_>>().join(", ")
+                };
+                format!("{{{}}} < {{{}}} {}", names(lower), names(higher), by(effect))
+            }
+            Self::Swap { effect, .. } => {
+                format!("different ones, each better at home than the other {}", by(effect))
+            }
             Self::Property { bound: Bound::Equals(value), .. } => format!("exactly {value}"),
             Self::Property { bound: Bound::AtLeast(least), .. } => format!("at least {least}"),
             Self::Property { bound: Bound::AtMost(most), .. } => format!("at most {most}"),
             Self::Untestable { .. } => "a measurement that decides it".to_owned(),
         }
     }
+}
+
+/// By how much two platforms disagree most on what is best, and the best of each.
+fn swap(across: &[Condition], columns: &[f64]) -> (f64, String) {
+    let width = across.first().map_or(1, |condition| condition.among.len());
+    let rows: Vec<&[f64]> = columns.chunks(width).collect();
+    let best = |row: &[f64]| (0..row.len()).min_by(|&a, &b| row[a].total_cmp(&row[b])).unwrap_or(0);
+    let bests: Vec<usize> = rows.iter().map(|row| best(row)).collect();
+    let by = rows.iter().zip(&bests).enumerate().flat_map(|(place, (row, &mine))| {
+        let others = rows.iter().zip(&bests).skip(place + 1);
+        others.map(move |(other, &theirs)| {
+            advantage(row[mine], row[theirs]).min(advantage(other[theirs], other[mine]))
+        })
+    });
+    let named = across
+        .iter()
+        .zip(&rows)
+        .zip(&bests)
+        .map(|((condition, row), &mine)| format!("{} {}", condition.among[mine].name, digits(row[mine])));
+    (largest(&by.collect::<Vec<_>>()), named.collect::<Vec<_>>().join(", "))
 }
 
 fn name(direction: Direction) -> &'static str {

@@ -28,7 +28,7 @@
 //!
 //! | rule | keys | holds where |
 //! |---|---|---|
-//! | `number` | metric, of, figures, scale, within | metric is within the tolerance of the paper's figure x scale; stand-in scenes never count |
+//! | `number` | metric, of, to, figures, scale, within | metric, or of / to where there is a `to`, is within the tolerance of the paper's figure x scale; stand-in scenes never count |
 //! | `order` | metric, ascending, effect | each step exceeds the one before by the effect; members of a set are not ordered |
 //! | `least`, `most` | metric, of, among, effect | `of` is below (above) all others of the set by the effect |
 //! | `similar` | metric, of, to, ratio | of / to lies in the band, ends included |
@@ -36,6 +36,8 @@
 //! | `strongest` | x, than, y, over, sign, effect | the correlation of x with y exceeds those of the others with y by the effect |
 //! | `trend` | metric, along, direction, effect | no step goes the other way, and first to last is at least the effect |
 //! | `shift` | metric, of, to, from, direction, effect | of / to differs from its value in scene `from` by the effect |
+//! | `contrast` | metric, of, to, lower, higher, effect | of / to under each of `higher` exceeds that under each of `lower` by the effect |
+//! | `swap` | metric, among, across, effect | two of `across` have a different least one of `among`, each less there than the other by the effect |
 //! | `property` | metric, of, and one of equals, at_least, at_most | the metric keeps the bound, ends included |
 //! | `untestable` | reason | never: what no measurement could decide |
 //!
@@ -52,6 +54,7 @@ mod model;
 mod names;
 mod rank_correlation;
 mod rule;
+mod values;
 mod verdict;
 mod write;
 
@@ -61,6 +64,6 @@ pub use model::{
     Case, Claim, ClaimSet, Kind, Metric, MetricInfo, Paper, Quantifier, Reading, SceneRole, Setup, Test,
     Variant,
 };
-pub use rule::{Bound, Direction, End, Rule, Sign};
+pub use rule::{Bound, Condition, Direction, End, Rule, Sign};
 pub use verdict::{Figure, Outcome, ReadingVerdict, Verdict};
 pub use write::{csv_text, json_text, markdown, text};

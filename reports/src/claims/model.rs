@@ -16,10 +16,14 @@ pub struct Paper {
     pub letter: String,
     /// Authors, title, venue.
     pub citation: String,
-    /// Digital object identifier.
-    pub doi: String,
+    /// Digital object identifier, where it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub doi: Option<String>,
     /// Width and height of its images in pixels.
     pub image: [u32; 2],
+    /// Features that its frames have whatever the scene needs, as `--force` names them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub force: Vec<String>,
 }
 
 /// A scene of the paper, and what to trace for it.
@@ -180,6 +184,18 @@ impl Test {
         let each = case.each.iter().flat_map(|each| &each.axes);
         axes.extend(each.chain(&variant.axes).map(|(axis, value)| (axis.clone(), value.clone())));
         Setup { scene: scene.to_owned(), axes }
+    }
+}
+
+impl Variant {
+    /// Both at once, or an axis that both set.
+    pub(super) fn with(&self, other: &Self) -> Result<Self, String> {
+        if let Some(axis) = other.axes.keys().find(|axis| self.axes.contains_key(*axis)) {
+            return Err(axis.clone());
+        }
+        let mut axes = self.axes.clone();
+        axes.extend(other.axes.clone());
+        Ok(Self { name: format!("{} with {}", other.name, self.name), axes })
     }
 }
 

@@ -8,12 +8,14 @@ use std::collections::BTreeMap;
 /// count. What equals a limit keeps it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
-    /// A metric is as published.
+    /// A metric, or its ratio between two variants, is as published.
     Number {
         /// Of what.
         metric: Metric,
         /// Measured where.
         of: Variant,
+        /// And divided by what it is there.
+        to: Option<Variant>,
         /// The paper's figure by scene, in the metric's unit.
         figures: BTreeMap<String, f64>,
         /// Largest relative error.
@@ -106,6 +108,30 @@ pub enum Rule {
         /// By how much.
         effect: f64,
     },
+    /// The ratio of two variants is larger under some variants than under others.
+    Contrast {
+        /// Of what.
+        metric: Metric,
+        /// Over
+        of: Variant,
+        /// this.
+        to: Variant,
+        /// Where it is small; under each, `of` and `to`.
+        lower: Vec<Condition>,
+        /// Where it is large.
+        higher: Vec<Condition>,
+        /// By how much the smallest of `higher` exceeds the largest of `lower`.
+        effect: f64,
+    },
+    /// Two platforms have different best variants.
+    Swap {
+        /// Which; less is better.
+        metric: Metric,
+        /// The platforms; on each, the variants in the same order.
+        across: Vec<Condition>,
+        /// By how much either best one is better at home than the other.
+        effect: f64,
+    },
     /// A metric keeps a bound.
     Property {
         /// Which.
@@ -120,6 +146,15 @@ pub enum Rule {
         /// Why.
         reason: String,
     },
+}
+
+/// A variant under which others are compared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Condition {
+    /// Its name.
+    pub name: String,
+    /// The others, each with the axes of this one.
+    pub among: Vec<Variant>,
 }
 
 /// Of an order.
@@ -177,12 +212,17 @@ impl Rule {
     /// Every variant that the rule measures.
     pub fn variants(&self) -> Vec<&Variant> {
         match self {
-            Self::Number { of, .. } | Self::Property { of, .. } => vec![of],
+            Self::Number { of, to, .. } => std::iter::once(of).chain(to).collect(),
+            Self::Property { of, .. } => vec![of],
             Self::Order { ascending, .. } => ascending.iter().flatten().collect(),
             Self::Extreme { of, others, .. } => std::iter::once(of).chain(others).collect(),
             Self::Similar { of, to, .. } | Self::Shift { of, to, .. } => vec![of, to],
             Self::Correlation { over, .. } | Self::Strongest { over, .. } => over.iter().collect(),
             Self::Trend { along, .. } => along.iter().collect(),
+            Self::Contrast { lower, higher, .. } => {
+                lower.iter().chain(higher).flat_map(|condition| &condition.among).collect()
+            }
+            Self::Swap { across, .. } => across.iter().flat_map(|condition| &condition.among).collect(),
             Self::Untestable { .. } => Vec::new(),
         }
     }
@@ -204,17 +244,28 @@ impl Rule {
             variants.iter().map(|variant| look(scene, variant, metric)).collect::<Result<Vec<f64>, String>>()
         };
         match self {
-            Self::Number { metric, of, figures, .. } => {
+            Self::Number { metric, of, to, figures, .. } => {
                 let published = figures.get(scene).ok_or("the claim file has no figure for this scene")?;
-                Ok(vec![look(scene, of, metric)?, *published])
+                let ours = match to {
+                    Some(to) => ratio(look, scene, metric, of, to)?,
+                    None => look(scene, of, metric)?,
+                };
+                Ok(vec![ours, *published])
             }
             Self::Order { metric, .. }
             | Self::Extreme { metric, .. }
             | Self::Trend { metric, .. }
+            | Self::Swap { metric, .. }
             | Self::Property { metric, .. } => of_each(metric, &self.variants()),
             Self::Similar { metric, of, to, .. } => Ok(vec![ratio(look, scene, metric, of, to)?]),
             Self::Shift { metric, of, to, from, .. } => {
                 Ok(vec![ratio(look, from, metric, of, to)?, ratio(look, scene, metric, of, to)?])
+            }
+            Self::Contrast { metric, .. } => {
+                let variants = self.variants();
+                let figures = of_each(metric, &variants)?;
+                let pairs = figures.chunks(2).zip(variants.chunks(2));
+                pairs.map(|(pair, of)| quotient(pair[0], pair[1], metric, of[1], scene)).collect()
             }
             Self::Correlation { x, y, .. } => {
                 let variants = self.variants();
@@ -238,6 +289,10 @@ fn ratio(
     to: &Variant,
 ) -> Result<f64, String> {
     let (above, below) = (look(scene, of, metric)?, look(scene, to, metric)?);
+    quotient(above, below, metric, to, scene)
+}
+
+fn quotient(above: f64, below: f64, metric: &Metric, to: &Variant, scene: &str) -> Result<f64, String> {
     if below > 0.0 {
         Ok(above / below)
     } else {

@@ -64,7 +64,9 @@ pub fn text(paper: &Paper, verdicts: &[Verdict], style: Style) -> String {
     };
     let mut out = String::new();
     line!(out, "{}", bold(&paper.citation));
-    line!(out, "doi:{}", paper.doi);
+    if let Some(doi) = &paper.doi {
+        line!(out, "doi:{doi}");
+    }
     line!(out);
     let width = verdicts.iter().map(|verdict| verdict.id.chars().count()).max().unwrap_or(0);
     for verdict in verdicts {
@@ -106,7 +108,8 @@ pub fn markdown(paper: &Paper, verdicts: &[Verdict]) -> String {
     let mut out = String::new();
     line!(out, "## {}", paper.citation);
     line!(out);
-    line!(out, "doi:{}. {}.", paper.doi, summary(verdicts));
+    let doi = paper.doi.as_ref().map_or(String::new(), |doi| format!("doi:{doi}. "));
+    line!(out, "{doi}{}.", summary(verdicts));
     line!(out);
     line!(out, "| id | statement | outcome | published | why |");
     line!(out, "|---|---|---|---|---|");

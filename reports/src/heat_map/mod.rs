@@ -1,15 +1,27 @@
 //! Heat maps as PNG, one or several side by side, with their scale: a colour bar with ticks, the unit, the range, and what
 //! was clamped.
 //!
-//! The scale starts at 0 and is linear. It ends at a stated percentile of the values, so that a few extreme pixels do
+//! The scale starts at 0 and is linear. It ends at a given value, or at a stated percentile of the values, so that a few extreme pixels do
 //! not flatten the rest; pixels above it take the last colour, and the caption says how many they are. Maps side by side
-//! share one scale. Colours come from viridis: perceptually ordered and safe for the colour-blind.
+//! share one scale. Pixels without a value ([`NO_VALUE`]) are grey and count nowhere. Colours come from viridis: perceptually ordered and safe for the colour-blind.
 
 mod page;
 mod scale;
 
-use crate::picture::TEXT;
+use crate::picture::{TEXT, Zoom, text_height};
 use std::fmt;
+
+/// In the place of the value of a pixel that has none.
+pub const NO_VALUE: u32 = u32::MAX;
+
+/// Where a scale ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScaleEnd {
+    /// At this percentile of the values of all maps together, above 0 and at most 100.
+    Percentile(f64),
+    /// At this value, above 0.
+    Value(u32),
+}
 
 /// Values per pixel, row by row, and what they are.
 #[derive(Clone, Debug)]
@@ -22,10 +34,10 @@ pub struct HeatMap<'a> {
     pub unit: String,
     /// Pixels per row.
     pub width: u32,
-    /// `width * height` values.
+    /// `width * height` values, or [`NO_VALUE`].
     pub values: &'a [u32],
-    /// The percentile at which the scale ends, above 0 and at most 100.
-    pub clamp_percentile: f64,
+    /// Where the scale ends.
+    pub end: ScaleEnd,
 }
 
 /// Maps of the same size on one common scale, in one picture.
@@ -43,8 +55,8 @@ pub struct Panels<'a> {
     pub panels: Vec<Panel<'a>>,
     /// Maps side by side, at most.
     pub columns: usize,
-    /// The percentile of all values together at which the scale ends, above 0 and at most 100.
-    pub clamp_percentile: f64,
+    /// Where the common scale ends.
+    pub end: ScaleEnd,
 }
 
 /// One of several maps.
@@ -52,13 +64,13 @@ pub struct Panels<'a> {
 pub struct Panel<'a> {
     /// What this one shows, such as a traversal.
     pub label: String,
-    /// `width * height` values.
+    /// `width * height` values, or [`NO_VALUE`].
     pub values: &'a [u32],
 }
 
 /// Why there is no picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unpaintable(String);
+pub struct Unpaintable(pub(crate) String);
 
 impl fmt::Display for Unpaintable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -68,17 +80,12 @@ impl fmt::Display for Unpaintable {
 
 impl std::error::Error for Unpaintable {}
 
-/// Longer side of a map in pixels: smaller ones are enlarged by the whole factor that reaches it.
-const LEAST_SIDE: u32 = 512;
-/// Longer side of each of several maps: larger ones are reduced by a whole factor, smaller ones enlarged.
-const PANEL_SIDE: u32 = 512;
-
 /// One map as the bytes of a PNG file, a pixel or more for each value.
 ///
 /// # Errors
 /// When there are no values, or not a whole number of rows.
 pub fn write_png(map: &HeatMap<'_>) -> Result<Vec<u8>, Unpaintable> {
-    let height = rows(map.width, map.values)?;
+    let height = rows(map.width, map.values.len())?;
     let page = page::Page {
         title: &map.title,
         subtitle: &map.subtitle,
@@ -87,8 +94,8 @@ pub fn write_png(map: &HeatMap<'_>) -> Result<Vec<u8>, Unpaintable> {
         maps: &[map.values],
         labels: &[],
         columns: 1,
-        clamp_percentile: map.clamp_percentile,
-        zoom: page::Zoom { enlarge: LEAST_SIDE.div_ceil(map.width.max(height)), reduce: 1 },
+        end: map.end,
+        zoom: Zoom::of_single([map.width, height]),
         text: TEXT,
     };
     page.png()
@@ -101,23 +108,8 @@ pub fn write_png(map: &HeatMap<'_>) -> Result<Vec<u8>, Unpaintable> {
 /// When there is no map, one has no values, one has not a whole number of rows, they differ in size, or there are no
 /// columns.
 pub fn write_panels_png(panels: &Panels<'_>) -> Result<Vec<u8>, Unpaintable> {
-    let [first, others @ ..] = panels.panels.as_slice() else {
-        return Err(Unpaintable("no map to paint: expected at least one panel".to_owned()));
-    };
-    if panels.columns == 0 {
-        return Err(Unpaintable("maps in 0 columns: expected at least one column".to_owned()));
-    }
-    let height = rows(panels.width, first.values)?;
-    if let Some(odd) = others.iter().find(|other| other.values.len() != first.values.len()) {
-        return Err(Unpaintable(format!(
-            "map \"{}\" has {} values and map \"{}\" {}: maps on one page have the same size",
-            first.label,
-            first.values.len(),
-            odd.label,
-            odd.values.len()
-        )));
-    }
-    let side = panels.width.max(height);
+    let sizes = panels.panels.iter().map(|panel| (panel.label.as_str(), panel.values.len()));
+    let height = rows_of_all(panels.width, sizes, panels.columns)?;
     let columns = panels.columns.min(panels.panels.len());
     let page = page::Page {
         title: &panels.title,
@@ -127,23 +119,41 @@ pub fn write_panels_png(panels: &Panels<'_>) -> Result<Vec<u8>, Unpaintable> {
         maps: &panels.panels.iter().map(|panel| panel.values).collect::<Vec<_>>(),
         labels: &panels.panels.iter().map(|panel| panel.label.as_str()).collect::<Vec<_>>(),
         columns,
-        clamp_percentile: panels.clamp_percentile,
-        zoom: page::Zoom { enlarge: (PANEL_SIDE / side).max(1), reduce: side.div_ceil(PANEL_SIDE) },
-        // A wide page is looked at from further away.
-        text: TEXT * columns.clamp(2, 4) as i32 / 2,
+        end: panels.end,
+        zoom: Zoom::of_several([panels.width, height]),
+        text: text_height(columns),
     };
     page.png()
 }
 
+/// Rows of maps of that width, labels and numbers of values, which share a page.
+pub(crate) fn rows_of_all<'a>(
+    width: u32,
+    mut sizes: impl Iterator<Item = (&'a str, usize)>,
+    columns: usize,
+) -> Result<u32, Unpaintable> {
+    let Some((label, values)) = sizes.next() else {
+        return Err(Unpaintable("no map to paint: expected at least one panel".to_owned()));
+    };
+    if columns == 0 {
+        return Err(Unpaintable("maps in 0 columns: expected at least one column".to_owned()));
+    }
+    match sizes.find(|&(_, others)| others != values) {
+        Some((odd, others)) => Err(Unpaintable(format!(
+            "map \"{label}\" has {values} values and map \"{odd}\" {others}: maps on one page have the same size"
+        ))),
+        None => rows(width, values),
+    }
+}
+
 /// Rows of a map of that width.
-fn rows(width: u32, values: &[u32]) -> Result<u32, Unpaintable> {
-    if width == 0 || values.is_empty() || !values.len().is_multiple_of(width as usize) {
+fn rows(width: u32, values: usize) -> Result<u32, Unpaintable> {
+    if width == 0 || values == 0 || !values.is_multiple_of(width as usize) {
         return Err(Unpaintable(format!(
-            "{} values do not fill rows of {width} pixels: expected at least one whole row",
-            values.len(),
+            "{values} values do not fill rows of {width} pixels: expected at least one whole row"
         )));
     }
-    let rows = u32::try_from(values.len() / width as usize).ok().filter(|&rows| rows.max(width) <= MOST_SIDE);
+    let rows = u32::try_from(values / width as usize).ok().filter(|&rows| rows.max(width) <= MOST_SIDE);
     rows.ok_or_else(|| {
         Unpaintable(format!("more than {MOST_SIDE} rows or columns of pixels: expected a smaller frame"))
     })

@@ -1,20 +1,11 @@
 //! The page: heading, maps in a grid, colour bar, caption.
 
-use super::Unpaintable;
-use super::scale::{Scale, mean_and_max};
+use super::scale::{Scale, mean_and_max, there};
+use super::{ScaleEnd, Unpaintable};
 use crate::picture::{
-    Across, Canvas, ColourBar, Down, FAINT, INK, Label, MARGIN, Sheet, lettering, ramp, ticks,
+    Canvas, ColourBar, FAINT, INK, MARGIN, PanelGrid, Rgb, Sheet, UNPAINTED, Zoom, ramp, ticks,
 };
 use crate::units;
-
-/// Pixels of a map for a square of its values: at least one of the two is 1.
-#[derive(Clone, Copy)]
-pub(super) struct Zoom {
-    /// Side in pixels of a value.
-    pub(super) enlarge: u32,
-    /// Side in values of a pixel.
-    pub(super) reduce: u32,
-}
 
 /// One map or more of one size. Without labels nothing stands below the maps.
 pub(super) struct Page<'a> {
@@ -26,7 +17,7 @@ pub(super) struct Page<'a> {
     pub(super) maps: &'a [&'a [u32]],
     pub(super) labels: &'a [&'a str],
     pub(super) columns: usize,
-    pub(super) clamp_percentile: f64,
+    pub(super) end: ScaleEnd,
     pub(super) zoom: Zoom,
     /// Height of the text.
     pub(super) text: i32,
@@ -41,7 +32,7 @@ const GAP: i32 = 12;
 
 impl Page<'_> {
     pub(super) fn png(&self) -> Result<Vec<u8>, Unpaintable> {
-        let scale = Scale::of(self.maps, self.clamp_percentile);
+        let scale = Scale::of(self.maps, self.end);
         let (sheet, corners) = self.sheet(scale);
         let mut canvas = sheet.canvas();
         for (values, corner) in self.maps.iter().zip(corners) {
@@ -50,101 +41,58 @@ impl Page<'_> {
         canvas.encode().map_err(|error| Unpaintable(format!("the picture cannot be encoded: {error}")))
     }
 
-    /// Pixels of a map across and down.
-    fn map_size(&self) -> [i32; 2] {
-        self.size.map(|side| (side.div_ceil(self.zoom.reduce) * self.zoom.enlarge) as i32)
-    }
-
     /// Everything but the maps, and the top left corners of these.
     pub(super) fn sheet(&self, scale: Scale) -> (Sheet, Vec<(i32, i32)>) {
         let text = self.text;
-        let [map_width, map_height] = self.map_size();
-        let columns = self.columns;
-        let across = columns as i32 * (map_width + MARGIN) - MARGIN;
-        let below: Vec<Vec<(String, [u8; 3])>> = self
-            .labels
-            .iter()
-            .zip(self.maps)
-            .map(|(label, values)| below(label, values, map_width, text))
-            .collect();
-        let row_heights: Vec<i32> = (0..self.maps.len().div_ceil(columns))
-            .map(|row| {
-                let lines = below.iter().skip(row * columns).take(columns).map(Vec::len).max().unwrap_or(0);
-                map_height + lines as i32 * lettering::line(text)
-            })
-            .collect();
-        let body_height = row_heights.iter().sum::<i32>() + (row_heights.len() as i32 - 1) * MARGIN;
-        let bar = bar(self.unit, text, scale.end, body_height.clamp(LEAST_BAR, MOST_BAR.max(map_height)));
-        let width = MARGIN + across + MARGIN + bar.width() + MARGIN;
+        let size = self.zoom.pixels(self.size);
+        let lines = |(index, values): (usize, &&[u32])| {
+            self.labels.get(index).map_or(Vec::new(), |label| below(label, values, size[0], text))
+        };
+        let below = self.maps.iter().enumerate().map(lines).collect();
+        let panels = PanelGrid { size, columns: self.columns, text, below };
+        let height = panels.height();
+        let bar = bar(self.unit, text, scale.end, height.clamp(LEAST_BAR, MOST_BAR.max(size[1])));
+        let bar_left = MARGIN + panels.width() + MARGIN;
 
-        let mut sheet = Sheet::new(width.max(LEAST_WIDTH), text);
+        let mut sheet = Sheet::new((bar_left + bar.width() + MARGIN).max(LEAST_WIDTH), text);
         sheet.heading(self.title, self.subtitle);
-        sheet.height += GAP;
-        let mut y = sheet.height + bar.unit_height();
-        bar.paint(&mut sheet, MARGIN + across + MARGIN, y);
-        let bottom = y + body_height.max(LEAST_BAR);
-        let mut corners = Vec::new();
-        for (row, row_height) in row_heights.into_iter().enumerate() {
-            for (column, index) in (row * columns..self.maps.len()).take(columns).enumerate() {
-                let x = MARGIN + column as i32 * (map_width + MARGIN);
-                corners.push((x, y));
-                let lines = below.get(index).into_iter().flatten();
-                for (line, (words, colour)) in (0..).zip(lines) {
-                    let middle =
-                        y + map_height + lettering::line(text) * line + lettering::line(text) / 2 + 2;
-                    let label = Label::new(words.as_str(), (x, middle), text, *colour);
-                    sheet.label(label.anchored(Across::Start, Down::Middle));
-                }
-            }
-            y += row_height + MARGIN;
-        }
-        sheet.height = bottom + GAP;
+        let top = sheet.height + GAP + bar.unit_height();
+        bar.paint(&mut sheet, bar_left, top);
+        let corners = panels.place(&mut sheet, MARGIN, top);
+        sheet.height = top + height.max(LEAST_BAR) + GAP;
         sheet.paragraph(&self.caption(scale), text, FAINT);
         sheet.height += MARGIN;
         (sheet, corners)
     }
 
     fn paint(&self, canvas: &mut Canvas, (left, top): (i32, i32), values: &[u32], scale: Scale) {
-        let Zoom { enlarge, reduce } = self.zoom;
-        let [width, height] = self.size;
         let end = f64::from(scale.end);
-        for row in 0..height.div_ceil(reduce) {
-            for column in 0..width.div_ceil(reduce) {
-                let columns = column * reduce..width.min((column + 1) * reduce);
-                let rows = row * reduce..height.min((row + 1) * reduce);
-                let count = f64::from(columns.len() as u32 * rows.len() as u32);
-                let sum: u64 = rows
-                    .flat_map(|row| {
-                        let start = row as usize * width as usize;
-                        &values[start + columns.start as usize..start + columns.end as usize]
-                    })
-                    .map(|&value| u64::from(value))
-                    .sum();
-                let colour = ramp::colour(sum as f64 / count / end);
-                let (x, y, side) = (column * enlarge, row * enlarge, enlarge as i32);
-                canvas.fill(left + x as i32, top + y as i32, side, side, colour);
-            }
-        }
+        self.zoom.squares(self.size, |(x, y), side, places| {
+            let of_square: Vec<u32> = places.map(|place| values[place]).collect();
+            let mean = mean_and_max(&of_square).map(|(mean, _)| mean);
+            let colour = mean.map_or(UNPAINTED, |mean| ramp::colour(mean / end));
+            canvas.fill(left + x, top + y, side, side, colour);
+        });
     }
 
     fn caption(&self, Scale { end, clamped }: Scale) -> String {
         let end = units::grouped(u64::from(end));
         let mut text = match self.maps {
-            [values] => {
-                let (mean, max) = mean_and_max(values);
-                let (mean, max) = (units::digits(mean), units::grouped(u64::from(max)));
-                format!("Linear scale, 0 to {end} {}; mean {mean}, max {max}.", self.unit)
-            }
+            [values] => format!("Linear scale, 0 to {end} {}; {}.", self.unit, figures(values)),
             _ => format!("One linear scale for all maps, 0 to {end} {}.", self.unit),
         };
         if clamped > 0.0 {
-            text += &format!(
-                " The scale ends at percentile {}: {} % of the pixels lie above it and take the last colour.",
-                self.clamp_percentile,
-                units::digits(clamped * 100.0)
-            );
+            if let ScaleEnd::Percentile(percentile) = self.end {
+                text += &format!(" The scale ends at percentile {percentile}.");
+            }
+            let above = units::digits(clamped * 100.0);
+            text += &format!(" {above} % of the pixels lie above it and take the last colour.");
         } else {
             text += " No pixel lies above the scale.";
+        }
+        let absent = self.maps.iter().any(|map| there(map).count() < map.len());
+        if absent {
+            text += " Grey pixels have no such figure and are not in the mean.";
         }
         if self.zoom.reduce > 1 {
             let side = self.zoom.reduce;
@@ -158,13 +106,15 @@ impl Page<'_> {
 }
 
 /// What stands below a map: its label, mean and largest value.
-fn below(label: &str, values: &[u32], width: i32, height: i32) -> Vec<(String, [u8; 3])> {
-    let (mean, max) = mean_and_max(values);
-    let figures = format!("mean {}, max {}", units::digits(mean), units::grouped(u64::from(max)));
-    let lines = |text: &str, colour| {
-        lettering::wrap(text, width, height).into_iter().map(move |line| (line, colour)).collect::<Vec<_>>()
-    };
-    [lines(label, INK), lines(&figures, FAINT)].concat()
+fn below(label: &str, values: &[u32], width: i32, height: i32) -> Vec<(String, Rgb)> {
+    let lines = |text: &str, colour| PanelGrid::lines(text, width, height, colour);
+    [lines(label, INK), lines(&figures(values), FAINT)].concat()
+}
+
+fn figures(values: &[u32]) -> String {
+    mean_and_max(values).map_or("no figures".to_owned(), |(mean, max)| {
+        format!("mean {}, max {}", units::digits(mean), units::grouped(u64::from(max)))
+    })
 }
 
 fn bar(unit: &str, text: i32, end: u32, height: i32) -> ColourBar {
@@ -177,6 +127,7 @@ fn bar(unit: &str, text: i32, end: u32, height: i32) -> ColourBar {
 mod tests {
     use super::super::*;
     use super::*;
+    use crate::picture::LEAST_SIDE;
     use crate::picture::tests::assert_legible;
 
     fn page<'a>(unit: &'a str, size: [u32; 2], maps: &'a [&'a [u32]], labels: &'a [&'a str]) -> Page<'a> {
@@ -188,7 +139,7 @@ mod tests {
             maps,
             labels,
             columns: 3,
-            clamp_percentile: 99.0,
+            end: ScaleEnd::Percentile(99.0),
             zoom: Zoom { enlarge: 1, reduce: 4 },
             text: 14,
         }
@@ -197,14 +148,16 @@ mod tests {
     #[test]
     fn no_label_is_clipped_or_meets_another() {
         let names = ["kd push-down with a short stack of 4 entries and a restart trail", "b", "c", "d"];
-        for (side, value) in [(40, 0), (40, 7), (2000, 12), (40, u32::MAX), (3, 1_234_567)] {
+        for (side, value) in
+            [(40, 0), (40, 7), (2000, 12), (40, NO_VALUE - 1), (40, NO_VALUE), (3, 1_234_567)]
+        {
             let values = vec![value; side * side];
             for count in 1..=4 {
                 let maps = vec![values.as_slice(); count];
                 let size = [side as u32; 2];
                 for unit in ["B", "misses of the second level"] {
                     let page = page(unit, size, &maps, &names[..count]);
-                    assert_legible(&page.sheet(Scale::of(&maps, 99.0)).0);
+                    assert_legible(&page.sheet(Scale::of(&maps, ScaleEnd::Percentile(99.0))).0);
                 }
             }
         }
@@ -214,11 +167,13 @@ mod tests {
     fn the_caption_says_what_was_clamped_and_reduced() {
         let values: Vec<u32> = (1..=1000).collect();
         let maps = [values.as_slice(), &values];
-        let text = page("fetches", [10, 100], &maps, &["a", "b"]).caption(Scale::of(&maps, 99.0));
+        let text = page("fetches", [10, 100], &maps, &["a", "b"])
+            .caption(Scale::of(&maps, ScaleEnd::Percentile(99.0)));
         assert!(text.starts_with("One linear scale for all maps, 0 to 990 fetches."), "{text}");
-        assert!(text.contains("percentile 99: 1.000 % of the pixels"), "{text}");
+        assert!(text.contains("percentile 99. 1.000 % of the pixels"), "{text}");
         assert!(text.contains("mean of 4 x 4 pixels"), "{text}");
-        let single = page("fetches", [10, 100], &maps[..1], &[]).caption(Scale::of(&maps[..1], 100.0));
+        let single = page("fetches", [10, 100], &maps[..1], &[])
+            .caption(Scale::of(&maps[..1], ScaleEnd::Percentile(100.0)));
         assert!(single.contains("mean 500.5, max 1,000. No pixel"), "{single}");
     }
 
@@ -251,7 +206,7 @@ mod tests {
             unit: "fetches".into(),
             width: 2,
             values: &values,
-            clamp_percentile: 100.0,
+            end: ScaleEnd::Percentile(100.0),
         };
         let picture = Picture::of(write_png(&map).expect("a small picture"));
         let zoomed = LEAST_SIDE as usize / 2 * (LEAST_SIDE as usize / 2);
@@ -269,7 +224,7 @@ mod tests {
             width,
             panels: maps.iter().copied().map(panel).collect(),
             columns: 2,
-            clamp_percentile: 100.0,
+            end: ScaleEnd::Percentile(100.0),
         }
     }
 
@@ -292,6 +247,28 @@ mod tests {
         let flat = vec![20; 1025 * 3];
         let picture = Picture::of(write_panels_png(&panels(1025, &[&flat])).expect("a picture"));
         assert!(picture.count(1.0) >= 342);
+    }
+
+    #[test]
+    fn pixels_without_a_value_are_grey_and_the_scale_ends_where_it_is_told_to() {
+        let values = [NO_VALUE, 25, 50, NO_VALUE];
+        let map = HeatMap {
+            title: "t".into(),
+            subtitle: "s".into(),
+            unit: "%".into(),
+            width: 2,
+            values: &values,
+            end: ScaleEnd::Value(100),
+        };
+        let picture = Picture::of(write_png(&map).expect("a small picture"));
+        let zoomed = LEAST_SIDE as usize / 2 * (LEAST_SIDE as usize / 2);
+        assert!(picture.count(0.25) >= zoomed && picture.count(0.5) >= zoomed);
+        assert!(picture.pixels.chunks_exact(3).filter(|pixel| *pixel == UNPAINTED).count() >= 2 * zoomed);
+        let maps = [values.as_slice()];
+        let caption = Page { end: ScaleEnd::Value(100), ..page("%", [2, 2], &maps, &[]) }
+            .caption(Scale::of(&maps, ScaleEnd::Value(100)));
+        assert!(caption.starts_with("Linear scale, 0 to 100 %; mean 37.50, max 50."), "{caption}");
+        assert!(caption.contains("Grey pixels"), "{caption}");
     }
 
     #[test]
@@ -320,7 +297,7 @@ mod tests {
             unit: String::new(),
             width,
             values,
-            clamp_percentile: 99.0,
+            end: ScaleEnd::Percentile(99.0),
         };
         assert!(write_png(&map(2, &[1, 2, 3])).is_err());
         assert!(write_png(&map(0, &[])).is_err());

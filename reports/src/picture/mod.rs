@@ -5,13 +5,18 @@
 
 mod bar;
 mod canvas;
+pub(crate) mod legend;
 pub(crate) mod lettering;
+mod panels;
 pub(crate) mod ramp;
 mod sheet;
 pub(crate) mod ticks;
 
 pub(crate) use bar::ColourBar;
 pub(crate) use canvas::{Canvas, encode_png};
+#[cfg(test)]
+pub(crate) use panels::LEAST_SIDE;
+pub(crate) use panels::{PanelGrid, Zoom, text_height};
 pub(crate) use sheet::{Across, Down, Label, Sheet};
 
 /// Red, green, blue, 8 bits each, sRGB.
@@ -22,6 +27,8 @@ pub(crate) const BACKGROUND: Rgb = [255, 255, 255];
 pub(crate) const INK: Rgb = [24, 24, 24];
 /// What explains, and what is missing.
 pub(crate) const FAINT: Rgb = [96, 96, 96];
+/// Pixels of a map that have no figure.
+pub(crate) const UNPAINTED: Rgb = [200, 200, 200];
 /// Grid lines.
 pub(crate) const GRID: Rgb = [222, 222, 222];
 

@@ -47,6 +47,7 @@ pub(crate) fn report() -> Report {
             triangles: 32,
             ray_sets: vec!["primary".into()],
             samples_per_pixel: None,
+            shadow_query: None,
             sah_costs: [3.0, 1.5],
             short_stack: 4,
             trail_bits: Some(32),

@@ -4,6 +4,7 @@ use super::frame::ReflectionRay;
 use crate::accel::{AccelerationStructure, BuildOptions};
 use crate::caster::{Caster, Scene};
 use crate::error::Error;
+use crate::ray::Query;
 use crate::ray_set::{RayKind, RaySetId};
 use crate::topology::Topology;
 use crate::trace::{Frame, RaySet, Tile, TileSource, TraceHeader};
@@ -52,12 +53,25 @@ impl<'a> ReflectionTracer<'a> {
         Ok(Self {
             header: header(structure, options, triangles, scene, frame, ray_sets),
             topology: structure.topology(),
-            scene: Scene { structure, triangles, offset: RayOffset::new(triangles) },
+            scene: Scene {
+                structure,
+                triangles,
+                offset: RayOffset::new(triangles),
+                shadow_query: Query::Any,
+            },
             rays,
             order,
             lights,
             stalls: AtomicU64::new(0),
         })
+    }
+
+    /// The same tracer, whose shadow rays ask for that.
+    #[must_use]
+    pub fn with_shadow_query(mut self, query: Query) -> Self {
+        self.scene.shadow_query = query;
+        self.header.shadow_query = query;
+        self
     }
 
     /// The same tracer of a frame that shades without normals of triangles.
