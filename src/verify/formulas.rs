@@ -46,7 +46,7 @@ fn group_count_error() -> u32 {
         let mut asked = 0;
         let errors = (1..=MOST_RAYS).map(move |rays| {
             let place = rays - 1;
-            asked = asked.max((place + 1).div_ceil(threads));
+            asked = asked.max((place + 1 + (threads - 1)) / threads);
             asked.abs_diff(rays.div_ceil(threads))
         });
         errors.max().unwrap_or(0)
