@@ -25,7 +25,7 @@ impl Pair {
         let moved = |x: f32| Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
         let instances = [0.0, 10.0].map(|x| Instance { mesh: 0, transform: moved(x) });
         let structure = AccelerationStructure::build_two_level(
-            &[mesh.clone()],
+            std::slice::from_ref(&mesh),
             &instances,
             format,
             &BuildOptions::default(),
