@@ -422,7 +422,7 @@ pub(crate) enum Format {
 #[command(next_help_heading = "Frame")]
 pub(crate) struct FrameArgs {
     /// Acceleration structure [default: bvh].
-    #[arg(long, value_parser = PossibleValuesParser::new(["bvh", "wide-bvh", "kd", "grid"]))]
+    #[arg(long, value_parser = PossibleValuesParser::new(["bvh", "wide-bvh", "kd", "grid", "two-level"]))]
     pub(crate) accel: Option<String>,
     /// How rays walk it; see `raybudget list traversals` [default: stack; of a grid: dda].
     #[arg(long, value_name = "T", value_parser = PossibleValuesParser::new(traversal_names()))]
@@ -436,7 +436,7 @@ pub(crate) struct FrameArgs {
     /// Tree: SAH cost of testing a triangle [default: 1.5].
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub(crate) ci: Option<f64>,
-    /// Wide BVH: children per node, and how their boxes are held [default: compressed-8].
+    /// Wide BVH, or BLASes of two levels: children per node, and how their boxes are held [default: compressed-8; BLASes: binary nodes].
     #[arg(long, value_name = "FORMAT", value_parser = PossibleValuesParser::new(tracer::wide::NodeFormat::ALL.map(tracer::wide::NodeFormat::name)))]
     pub(crate) node_format: Option<String>,
     /// Entries of the short stack of restart-trail and push-down [default: 0].

@@ -6,12 +6,13 @@ use crate::progress::Progress;
 use crate::ray_sets::with_forced;
 use crate::secondary;
 use crate::settings::FrameSettings;
+use crate::two_level;
 use anyhow::bail;
-use scenes::{Feature, Light, Needs, RaySelection, Scene, Triangle};
+use scenes::{Feature, Light, Mesh, Needs, RaySelection, Scene, Triangle};
 use tracer::reflections::{ReflectionRay, ReflectionTracer};
 use tracer::{
     AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, ReflectionRays, SceneIdentity,
-    SceneRemarks, SecondaryRays, TriangleTest, View,
+    SceneRemarks, SecondaryRays, Traversal, TriangleTest, View,
 };
 
 /// What a report says of hits that are not those of the default test.
@@ -59,6 +60,8 @@ pub(crate) struct Frame<'a> {
     /// Of a frame with these rays.
     needs: Needs,
     pub(crate) structure: AccelerationStructure,
+    /// What a report should say of two levels.
+    level_notes: Vec<String>,
     settings: FrameSettings,
     /// Seconds for building the structure.
     pub(crate) build_s: f64,
@@ -68,11 +71,12 @@ impl<'a> Frame<'a> {
     /// Builds the structure.
     pub(crate) fn build(scene: &'a LoadedScene, settings: &FrameSettings) -> anyhow::Result<Self> {
         let _progress = Progress::spinner("building the structure");
-        let (structure, build_s) =
-            timed(|| AccelerationStructure::build(&scene.triangles, settings.traversal, &settings.build));
+        let (structure, build_s) = timed(|| built(scene, settings));
         let rays = settings.rays.over(scene.scene.rays);
         let needs = scene.scene.needs_of(&rays);
-        Ok(Self { scene, rays, needs, structure: structure?, settings: *settings, build_s })
+        let structure = structure?;
+        let level_notes = two_level::notes(&structure);
+        Ok(Self { scene, rays, needs, structure, level_notes, settings: *settings, build_s })
     }
 
     /// A tracer of what `machines` replay: the camera's rays, the shadow rays that the frame has, and what a rasteriser draws where
@@ -241,8 +245,21 @@ impl<'a> Frame<'a> {
                 .chain(test_notes)
                 .map(str::to_owned)
                 .chain(ray_notes)
+                .chain(self.level_notes.iter().cloned())
                 .collect(),
         }
+    }
+}
+
+fn built(scene: &LoadedScene, settings: &FrameSettings) -> Result<AccelerationStructure, tracer::Error> {
+    match settings.traversal {
+        Traversal::TwoLevelStack { format } => {
+            let triangles =
+                |mesh: &Mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect();
+            let meshes: Vec<_> = scene.scene.meshes.iter().map(triangles).collect();
+            AccelerationStructure::build_two_level(&meshes, &scene.scene.instances, format, &settings.build)
+        }
+        traversal => AccelerationStructure::build(&scene.triangles, traversal, &settings.build),
     }
 }
 

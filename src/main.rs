@@ -17,6 +17,7 @@ mod report;
 mod sample;
 mod secondary;
 mod settings;
+mod two_level;
 mod vary;
 mod verify;
 

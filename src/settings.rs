@@ -94,20 +94,25 @@ impl FrameSettings {
             Some("wide-bvh") => Accel::WideBvh,
             Some("kd") => Accel::Kd,
             Some("grid") => Accel::Grid,
+            Some("two-level") => Accel::TwoLevel,
             _ => Accel::Bvh,
         };
         let plain_traversal = match accel {
-            Accel::Bvh | Accel::WideBvh | Accel::Kd => "stack",
+            Accel::Bvh | Accel::WideBvh | Accel::Kd | Accel::TwoLevel => "stack",
             Accel::Grid => "dda",
         };
         let mut traversal = Traversal::named(accel, traversal.as_deref().unwrap_or(plain_traversal))?;
         if let Some(name) = node_format {
-            let Traversal::WideStack { format } = &mut traversal else {
-                bail!("--node-format is an option of wide BVHs; add --accel wide-bvh, or leave it out");
-            };
             let names = NodeFormat::ALL.map(NodeFormat::name).join(", ");
-            *format = NodeFormat::from_name(name)
+            let named = NodeFormat::from_name(name)
                 .ok_or_else(|| anyhow!("--node-format {name}: no such one; use: {names}"))?;
+            match &mut traversal {
+                Traversal::WideStack { format } => *format = named,
+                Traversal::TwoLevelStack { format } => *format = Some(named),
+                _ => bail!(
+                    "--node-format is an option of wide BVHs; add --accel wide-bvh or two-level, or leave it out"
+                ),
+            }
         }
         set_short_stack(&mut traversal, *short_stack, trail_bits.as_deref())?;
 
@@ -118,6 +123,12 @@ impl FrameSettings {
             ("--max-depth", max_depth.is_some()),
         ];
         if let Some((option, _)) = kd_options.iter().find(|(_, given)| *given && accel != Accel::Kd) {
+            if accel == Accel::TwoLevel {
+                bail!(
+                    "{option} is an option of kd-trees, and the trees of two levels are BVHs: binary ones, or wide ones with --node-format; \
+                     leave it out"
+                );
+            }
             bail!("{option} is an option of kd-trees; add --accel kd, or leave it out");
         }
         let costs = [("--ct", ct.is_some()), ("--ci", ci.is_some())];
@@ -245,6 +256,10 @@ mod tests {
         refused(FrameArgs { max_depth: Some(9), ..Default::default() }, "--accel kd");
         refused(FrameArgs { node_format: text("full-4"), ..Default::default() }, "--accel wide-bvh");
         refused(FrameArgs { short_stack: Some(4), ..Default::default() }, "--short-stack");
+        let two_level = || FrameArgs { accel: text("two-level"), ..Default::default() };
+        refused(FrameArgs { splits: text("perfect"), ..two_level() }, "the trees of two levels are BVHs");
+        refused(FrameArgs { traversal: text("dda"), ..two_level() }, "use one of: stack");
+        refused(FrameArgs { short_stack: Some(4), ..two_level() }, "--short-stack");
         refused(
             FrameArgs {
                 trail_bits: text("32"),
@@ -274,6 +289,7 @@ mod tests {
             (Some("wide-bvh"), Traversal::WideStack { format: NodeFormat::Compressed8 }),
             (Some("kd"), Traversal::KdStack),
             (Some("grid"), Traversal::GridDda),
+            (Some("two-level"), Traversal::TwoLevelStack { format: None }),
         ] {
             let args = FrameArgs { accel: accel.map(str::to_owned), ..Default::default() };
             assert_eq!(settings(&args).map(|settings| settings.traversal), Ok(expected));

@@ -318,7 +318,8 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     let traversal = point.frame.traversal.as_deref().unwrap_or("stack");
     let pairs = accel == "bvh" && traversal != "parent-link";
     let has_short_stack = matches!(traversal, "restart-trail" | "push-down");
-    let is_wide = accel == Accel::WideBvh.name();
+    let may_be_wide = [Accel::WideBvh, Accel::TwoLevel].map(Accel::name).contains(&accel);
+    let is_wide = accel == Accel::WideBvh.name() || (may_be_wide && point.frame.node_format.is_some());
     let of_machine = |value: &Option<String>, name: &str| value.as_deref() == Some(name);
     let unit = point.machine.ray_unit.as_deref().and_then(RayScheduling::from_name);
     let FrameArgs { ct, ci, node_format, trail_bits, splits, flat_cells, empty_bonus, max_depth, .. } =
@@ -328,7 +329,7 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
         Some("a grid is not built by costs")
     } else if of_machine(&point.machine.node_records, NodeRecords::ChildBoxes.name()) && !pairs {
         Some("only traversals that test siblings together have the boxes of both children in one record")
-    } else if node_format.is_some() && !is_wide {
+    } else if node_format.is_some() && !may_be_wide {
         Some("only nodes of wide BVHs have a format")
     } else if is_wide && of_machine(&point.machine.node_order, NodeOrder::VanEmdeBoas.name()) {
         Some("it parts the children of a wide node, which follow each other")

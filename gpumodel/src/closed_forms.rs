@@ -285,14 +285,16 @@ fn every_counter_is_a_number_or_says_why_not() {
 #[test]
 fn the_counters_are_the_agreed_ones() {
     let agreed = "frame_time_ms fps rays mrays_per_second structure_nodes structure_bytes node_fetches \
-        node_fetches_per_ray node_fetches_per_pixel primitive_tests primitive_tests_per_ray restarts \
+        node_fetches_per_ray node_fetches_per_pixel primitive_tests primitive_tests_per_ray instances \
+        instances_per_ray tlas_step_share restarts \
         ray_unit_rays ray_unit_utilization ray_unit_efficiency ray_unit_box_cycles \
-        ray_unit_triangle_cycles ray_unit_box_tests ray_unit_box_nodes ray_unit_box_nodes_quarter \
+        ray_unit_triangle_cycles ray_unit_box_tests ray_unit_tlas_box_tests ray_unit_instances \
+        ray_unit_box_nodes ray_unit_box_nodes_quarter \
         ray_unit_box_nodes_half ray_unit_box_nodes_three_quarters ray_unit_box_nodes_full \
         ray_unit_triangle_nodes ray_unit_triangle_nodes_quarter ray_unit_triangle_nodes_half \
         ray_unit_triangle_nodes_three_quarters ray_unit_triangle_nodes_full fragments \
         warps vertices alu_operations alu_operations_issued efu_operations efu_operations_issued memory_instructions \
-        load_store_cycles alu_per_fragment \
+        load_store_cycles atomics dispatches alu_per_fragment \
         alu_issued_per_fragment efu_per_fragment simt_efficiency occupancy sp_memory_read_bytes \
         sp_memory_read_bytes_per_second texture_memory_read_bytes vertex_memory_read_bytes external_read_bytes \
         load_store_external_read_bytes texture_external_read_bytes dram_read_bytes dram_write_bytes l1_accesses \
@@ -327,7 +329,7 @@ fn traces_that_contradict_themselves_are_refused() {
         ((Op::Node, 127), "node 127"),
         ((Op::Up, 127), "node 127"),
         ((Op::Primitive, 64), "primitive 64"),
-        ((Op::Instance, 0), "Instance"),
+        ((Op::Instance, 0), "instance 0"),
         ((Op::AnyHit, 0), "AnyHit"),
     ] {
         let message = refusal(&with(step));

@@ -171,7 +171,7 @@ impl Vertices<'_> {
         let mut lines: Vec<u32> = Vec::new();
         let (mut lanes, mut warps_in_batch) = (0, 0);
         let mut total = 0_u64;
-        for triangle in triangles {
+        for triangle in triangles.map(|triangle| self.program.buffers.stored(triangle)) {
             for corner in 0..CORNERS {
                 let first =
                     self.program.buffers.vertex_base + (u64::from(triangle) * CORNERS + corner) * stride;

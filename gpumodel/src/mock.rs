@@ -85,7 +85,12 @@ pub(crate) fn complete_tree(leaves: u32) -> Topology {
     assert!(leaves.is_power_of_two());
     let inner = (0..leaves - 1).map(|node| TopologyNode::Inner { left: 2 * node + 1 });
     let leaf = (0..leaves).map(|first| TopologyNode::Leaf { first, count: 1 });
-    Topology { nodes: inner.chain(leaf).collect(), references: (0..leaves).collect(), triangles: leaves }
+    Topology {
+        nodes: inner.chain(leaf).collect(),
+        references: (0..leaves).collect(),
+        triangles: leaves,
+        levels: None,
+    }
 }
 
 /// The built-in Adreno 540 with parts of its text replaced.

@@ -60,7 +60,7 @@ impl<'a> Prepared<'a> {
             hierarchy.granule(paths.traversal),
             hierarchy.granule(paths.private),
         )?;
-        let program = Arc::new(Program::new(header, buffers, config)?);
+        let program = Arc::new(Program::new(header, source.topology(), buffers, config)?);
         let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
         let walk = Walk::new(header, source.topology(), config);
         Ok(Self { config, program, lane_map, walk, resident_warps, by_ray_unit })
@@ -128,5 +128,7 @@ pub(crate) fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u
         return Ok(config.costs.ray_query.registers);
     }
     let short_stack = (u64::from(header.short_stack) * 8).div_ceil(16);
-    Ok(config.costs.traversal(header)?.registers.saturating_add(short_stack as u32))
+    let of_levels = config.costs.two_level(header)?.registers;
+    let traversal = config.costs.traversal(header)?;
+    Ok(traversal.registers.saturating_add(of_levels).saturating_add(short_stack as u32))
 }

@@ -82,6 +82,8 @@ fn most_trips(traversal: Traversal, topology: &Topology, depth: u32) -> u64 {
     let nodes = topology.nodes.len() as u64;
     match traversal {
         Traversal::BvhStack | Traversal::WideStack { .. } | Traversal::KdStack | Traversal::GridDda => nodes,
+        // The triangles are one mesh, placed once.
+        Traversal::TwoLevelStack { .. } => nodes,
         Traversal::BvhParentLink | Traversal::KdBacktrack => 2 * nodes,
         Traversal::BvhRestartTrail { .. } | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
             // A restart also follows decisions whose other child has been culled since.

@@ -17,6 +17,7 @@ mod samples;
 mod stability;
 mod support;
 mod timed;
+mod two_level;
 mod vendor;
 mod verify;
 mod whatif;

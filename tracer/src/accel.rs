@@ -10,8 +10,9 @@ use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::tree::Tree;
 use crate::triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
+use crate::two_level::TwoLevelStatistics;
 use crate::wide::NodeFormat;
-use scenes::Triangle;
+use scenes::{Instance, Triangle};
 use serde::{Deserialize, Serialize};
 
 /// Kind of acceleration structure.
@@ -26,6 +27,8 @@ pub enum Accel {
     Kd,
     /// Uniform grid.
     Grid,
+    /// A BVH over the instances of a scene, each of which leads into the BVH of its mesh.
+    TwoLevel,
 }
 
 impl Accel {
@@ -36,6 +39,7 @@ impl Accel {
             Accel::WideBvh => "wide-bvh",
             Accel::Kd => "kd",
             Accel::Grid => "grid",
+            Accel::TwoLevel => "two-level",
         }
     }
 }
@@ -72,6 +76,11 @@ pub enum Traversal {
     KdBacktrack,
     /// Uniform grid, 3D-DDA from cell to cell.
     GridDda,
+    /// Two levels, a full stack through both, nearer child first.
+    TwoLevelStack {
+        /// What the nodes of BLASes hold; `None` for binary ones. The TLAS is binary.
+        format: Option<NodeFormat>,
+    },
 }
 
 /// Where a traversal keeps the nodes that it has still to visit.
@@ -87,7 +96,7 @@ pub enum StackUse {
 
 impl Traversal {
     /// One of each, in its plainest form.
-    pub const ALL: [Traversal; 9] = [
+    pub const ALL: [Traversal; 10] = [
         Traversal::BvhStack,
         Traversal::BvhParentLink,
         Traversal::BvhRestartTrail { bits: None, short_stack: 0 },
@@ -97,6 +106,7 @@ impl Traversal {
         Traversal::KdPushDown { short_stack: 0 },
         Traversal::KdBacktrack,
         Traversal::GridDda,
+        Traversal::TwoLevelStack { format: None },
     ];
 
     /// The structure that it walks.
@@ -109,13 +119,17 @@ impl Traversal {
             | Traversal::KdPushDown { .. }
             | Traversal::KdBacktrack => Accel::Kd,
             Traversal::GridDda => Accel::Grid,
+            Traversal::TwoLevelStack { .. } => Accel::TwoLevel,
         }
     }
 
     /// Its name on the command line, without the structure's.
     pub fn name(self) -> &'static str {
         match self {
-            Traversal::BvhStack | Traversal::WideStack { .. } | Traversal::KdStack => "stack",
+            Traversal::BvhStack
+            | Traversal::WideStack { .. }
+            | Traversal::KdStack
+            | Traversal::TwoLevelStack { .. } => "stack",
             Traversal::BvhParentLink => "parent-link",
             Traversal::BvhRestartTrail { .. } => "restart-trail",
             Traversal::KdRestart => "restart",
@@ -141,10 +155,12 @@ impl Traversal {
         })
     }
 
-    /// How many records a node step reads.
+    /// How many records a node step reads; of two levels, one in a TLAS or a binary BLAS.
     pub fn node_fetch(self) -> NodeFetch {
         match self {
-            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => NodeFetch::Pair,
+            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } | Traversal::TwoLevelStack { .. } => {
+                NodeFetch::Pair
+            }
             _ => NodeFetch::Single,
         }
     }
@@ -157,10 +173,11 @@ impl Traversal {
         }
     }
 
-    /// What the nodes of its wide BVH hold; `None` for any other structure.
+    /// What the nodes of its wide BVH, or of wide BLASes, hold; `None` for any other structure.
     pub fn node_format(self) -> Option<NodeFormat> {
         match self {
             Traversal::WideStack { format } => Some(format),
+            Traversal::TwoLevelStack { format } => format,
             _ => None,
         }
     }
@@ -178,7 +195,10 @@ impl Traversal {
     /// Where its stack is.
     pub fn stack_use(self) -> StackUse {
         match self {
-            Traversal::BvhStack | Traversal::WideStack { .. } | Traversal::KdStack => StackUse::Memory,
+            Traversal::BvhStack
+            | Traversal::WideStack { .. }
+            | Traversal::KdStack
+            | Traversal::TwoLevelStack { .. } => StackUse::Memory,
             _ if self.short_stack() > 0 => StackUse::Registers,
             _ => StackUse::None,
         }
@@ -238,6 +258,30 @@ enum Trees {
     Watertight(Tree<WatertightTriangle>),
 }
 
+/// Refuses triangles and options that no builder takes.
+fn check(triangles: &[Triangle], traversal: Traversal, options: &BuildOptions) -> Result<(), Error> {
+    check_costs([options.traversal_cost, options.intersection_cost])?;
+    if triangles.len() > bvh::MAX_TRIANGLES {
+        return Err(Error::Options(format!(
+            "{} triangles: a structure holds at most {}; split the scene",
+            triangles.len(),
+            bvh::MAX_TRIANGLES
+        )));
+    }
+    if let Some(index) = triangles.iter().position(|t| !t.v.iter().all(|corner| corner.is_finite())) {
+        return Err(Error::Options(format!(
+            "triangle {index} has a corner that is not finite; remove it before building a structure"
+        )));
+    }
+    let short_stack = traversal.short_stack();
+    if short_stack > MAX_SHORT_STACK {
+        return Err(Error::Options(format!(
+            "a short stack of {short_stack} entries: at most {MAX_SHORT_STACK} fit; use --traversal stack for a full one"
+        )));
+    }
+    Ok(())
+}
+
 /// A structure together with the traversal that it was built for.
 pub struct AccelerationStructure {
     trees: Trees,
@@ -255,7 +299,7 @@ macro_rules! with_tree {
 }
 
 impl AccelerationStructure {
-    /// Builds the structure that `traversal` walks.
+    /// Builds the structure that `traversal` walks over `triangles`. Two levels are then one mesh that is placed once.
     ///
     /// # Errors
     /// Costs out of range, a short stack beyond its limit, more than 2^27 triangles, a corner that is not finite.
@@ -264,33 +308,44 @@ impl AccelerationStructure {
         traversal: Traversal,
         options: &BuildOptions,
     ) -> Result<Self, Error> {
-        let BuildOptions { traversal_cost, intersection_cost, triangle_test, kd: _ } = *options;
-        check_costs([traversal_cost, intersection_cost])?;
-        if triangles.len() > bvh::MAX_TRIANGLES {
-            return Err(Error::Options(format!(
-                "{} triangles: a structure holds at most {}; split the scene",
-                triangles.len(),
-                bvh::MAX_TRIANGLES
-            )));
-        }
-        if let Some(index) = triangles.iter().position(|t| !t.v.iter().all(|corner| corner.is_finite())) {
-            return Err(Error::Options(format!(
-                "triangle {index} has a corner that is not finite; remove it before building a structure"
-            )));
-        }
-        let short_stack = traversal.short_stack();
-        if short_stack > MAX_SHORT_STACK {
-            return Err(Error::Options(format!(
-                "a short stack of {short_stack} entries: at most {MAX_SHORT_STACK} fit; use --traversal stack for a full one"
-            )));
-        }
-        let trees = match triangle_test {
+        check(triangles, traversal, options)?;
+        Ok(match options.triangle_test {
             TriangleTest::MoellerTrumbore => {
-                Trees::MoellerTrumbore(Tree::build(triangles, traversal, options)?)
+                Self { trees: Trees::MoellerTrumbore(Tree::build(triangles, traversal, options)?), traversal }
             }
-            TriangleTest::Watertight => Trees::Watertight(Tree::build(triangles, traversal, options)?),
-        };
-        Ok(Self { trees, traversal })
+            TriangleTest::Watertight => {
+                Self { trees: Trees::Watertight(Tree::build(triangles, traversal, options)?), traversal }
+            }
+        })
+    }
+
+    /// Builds a two-level structure over the instances of meshes, with BLASes whose nodes hold `format`, or binary ones. Hits name
+    /// triangles instance after instance, each in file order, as [`scenes::Scene::triangles`] lists them.
+    ///
+    /// # Errors
+    /// As [`TwoLevel::build_with`](crate::two_level::TwoLevel::build_with).
+    pub fn build_two_level(
+        meshes: &[Vec<Triangle>],
+        instances: &[Instance],
+        format: Option<NodeFormat>,
+        options: &BuildOptions,
+    ) -> Result<Self, Error> {
+        let traversal = Traversal::TwoLevelStack { format };
+        Ok(match options.triangle_test {
+            TriangleTest::MoellerTrumbore => {
+                let tree = Tree::of_instances(meshes, instances, format, options)?;
+                Self { trees: Trees::MoellerTrumbore(tree), traversal }
+            }
+            TriangleTest::Watertight => {
+                let tree = Tree::of_instances(meshes, instances, format, options)?;
+                Self { trees: Trees::Watertight(tree), traversal }
+            }
+        })
+    }
+
+    /// Facts about the two levels; `None` for any other structure.
+    pub fn two_level_statistics(&self) -> Option<TwoLevelStatistics> {
+        with_tree!(self, tree => tree.two_level_statistics())
     }
 
     /// The traversal.
@@ -341,7 +396,8 @@ impl AccelerationStructure {
         audit::splits_costlier_than_leaf(&self.topology(), &areas, [traversal_cost, intersection_cost])
     }
 
-    /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area.
+    /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area, and for
+    /// two levels, as the heuristic has no cost of entering an instance.
     pub fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
         with_tree!(self, tree => tree.sah_cost(traversal_cost, intersection_cost))
     }

@@ -173,6 +173,7 @@ mod tests {
             ],
             references: vec![0, 1, 1],
             triangles: 2,
+            levels: None,
         }
     }
 
@@ -207,7 +208,7 @@ mod tests {
         // 0 -> (1, 2); 1 -> (3, 4), all else leaves. The ray enters only 1 of 0, then both of 1.
         let leaf = TopologyNode::Leaf { first: 0, count: 0 };
         let nodes = vec![TopologyNode::Inner { left: 1 }, TopologyNode::Inner { left: 3 }, leaf, leaf, leaf];
-        let topology = Topology { nodes, references: Vec::new(), triangles: 0 };
+        let topology = Topology { nodes, ..Topology::default() };
         let stack = rays(&[&[(Node, 0), (Node, 1), (Push, 0), (Node, 3), (Pop, 0), (Node, 4)]]);
         let with = |restart| {
             let steps = [(Node, 0), (Node, 1), (Node, 3), (Restart, restart), (Node, 1), (Node, 4)];

@@ -4,6 +4,7 @@ use crate::bvh::{Bvh, BvhNodeKind};
 use crate::grid::Grid;
 use crate::kd::{KdNodeKind, KdTree};
 use crate::triangle::RayTriangle;
+use crate::two_level::Levels;
 use crate::wide::WideBvh;
 use std::ops::Range;
 
@@ -42,6 +43,17 @@ impl TopologyNode {
             Self::Leaf { .. } => 0..0,
         }
     }
+
+    /// The same node where nodes and references have numbers that are larger by these; modulo 2^32, so that it can be undone.
+    pub(crate) fn moved(self, nodes: u32, references: u32) -> Self {
+        match self {
+            Self::Inner { left } => Self::Inner { left: left.wrapping_add(nodes) },
+            Self::Wide { first, count, leaves } => {
+                Self::Wide { first: first.wrapping_add(nodes), count, leaves }
+            }
+            Self::Leaf { first, count } => Self::Leaf { first: first.wrapping_add(references), count },
+        }
+    }
 }
 
 /// The links of all nodes, and the reference list of the leaves.
@@ -49,10 +61,12 @@ impl TopologyNode {
 pub struct Topology {
     /// Root first, where there is one.
     pub nodes: Vec<TopologyNode>,
-    /// Triangle index (file order) at each position that a primitive step can name.
+    /// Triangle index (file order) at each position that a primitive step can name; of two levels, among the triangles of all meshes.
     pub references: Vec<u32>,
-    /// Number of triangles of the scene.
+    /// Number of triangles of the scene; of two levels, those of all instances.
     pub triangles: u32,
+    /// What belongs to which tree, where there are two levels.
+    pub levels: Option<Levels>,
 }
 
 impl Topology {
@@ -66,6 +80,7 @@ impl Topology {
             nodes: bvh.nodes().map(node).collect(),
             references: bvh.references().to_vec(),
             triangles: bvh.references().len() as u32,
+            levels: None,
         }
     }
 
@@ -75,6 +90,7 @@ impl Topology {
             nodes: bvh.links().collect(),
             references: bvh.references().to_vec(),
             triangles: bvh.references().len() as u32,
+            levels: None,
         }
     }
 
@@ -88,6 +104,7 @@ impl Topology {
             nodes: tree.nodes.iter().map(node).collect(),
             references: tree.references.clone(),
             triangles: tree.triangles.len() as u32,
+            levels: None,
         }
     }
 
@@ -101,6 +118,7 @@ impl Topology {
             nodes: (0..grid.cell_count()).map(leaf).collect(),
             references: grid.references().to_vec(),
             triangles: grid.triangle_count() as u32,
+            levels: None,
         }
     }
 
@@ -109,11 +127,15 @@ impl Topology {
         matches!(self.nodes.first(), Some(TopologyNode::Wide { .. }))
     }
 
-    /// Checks that links stay inside the tree and lead downwards only, and that references name triangles.
+    /// Checks that links stay inside their tree and lead downwards only, that references name triangles or instances, and that each
+    /// instance has a BLAS.
     ///
     /// # Errors
     /// A sentence that names the first offender.
     pub fn validate(&self) -> Result<(), String> {
+        if let Some(levels) = &self.levels {
+            return self.validate_levels(levels);
+        }
         let nodes = self.nodes.len() as u64;
         let references = self.references.len() as u64;
         for (index, node) in (0_u64..).zip(&self.nodes) {

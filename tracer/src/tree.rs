@@ -10,8 +10,9 @@ use crate::observe::Observer;
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::triangle::RayTriangle;
+use crate::two_level::{MaskedInstance, TwoLevel, TwoLevelStatistics};
 use crate::wide::{self, NodeFormat, WideBvh};
-use scenes::Triangle;
+use scenes::{Instance, Triangle};
 
 /// The structure, and what its traversal needs beside it.
 pub(crate) enum Tree<P: RayTriangle> {
@@ -22,6 +23,21 @@ pub(crate) enum Tree<P: RayTriangle> {
     Kd(KdTree<P>),
     KdWithCells(KdTree<P>, KdCells),
     Grid(Grid<P>),
+    TwoLevel(TwoLevel<P>),
+    TwoLevel4(TwoLevel<P, WideBvh<P, 4>>),
+    TwoLevel8(TwoLevel<P, WideBvh<P, 8>>),
+}
+
+/// An expression of the structure of two levels, or another one.
+macro_rules! with_levels {
+    ($tree:expr, $levels:ident => $value:expr, _ => $other:expr) => {
+        match $tree {
+            Tree::TwoLevel($levels) => $value,
+            Tree::TwoLevel4($levels) => $value,
+            Tree::TwoLevel8($levels) => $value,
+            _ => $other,
+        }
+    };
 }
 
 impl<P: RayTriangle> Tree<P> {
@@ -34,6 +50,9 @@ impl<P: RayTriangle> Tree<P> {
         traversal: Traversal,
         options: &BuildOptions,
     ) -> Result<Self, Error> {
+        if let Traversal::TwoLevelStack { format } = traversal {
+            return Self::of_instances(&[triangles.to_vec()], &[Instance::identity(0)], format, options);
+        }
         let BuildOptions { traversal_cost, intersection_cost, mut kd, triangle_test: _ } = *options;
         kd.traversal_cost = traversal_cost;
         kd.intersection_cost = intersection_cost;
@@ -66,6 +85,28 @@ impl<P: RayTriangle> Tree<P> {
                 Self::KdWithCells(tree, cells)
             }
             Traversal::GridDda => Self::Grid(Grid::build_for(triangles)?),
+            Traversal::TwoLevelStack { .. } => unreachable!("built above"),
+        })
+    }
+
+    /// Two levels over instances, all of which every ray sees.
+    ///
+    /// # Errors
+    /// As [`TwoLevel::build_with`].
+    pub(crate) fn of_instances(
+        meshes: &[Vec<Triangle>],
+        instances: &[Instance],
+        format: Option<NodeFormat>,
+        options: &BuildOptions,
+    ) -> Result<Self, Error> {
+        let instances: Vec<MaskedInstance> = instances.iter().map(|&instance| instance.into()).collect();
+        let costs = [options.traversal_cost, options.intersection_cost];
+        Ok(match format {
+            None => Self::TwoLevel(TwoLevel::build_with(meshes, &instances, costs, ())?),
+            Some(format @ NodeFormat::Full4) => {
+                Self::TwoLevel4(TwoLevel::build_with(meshes, &instances, costs, format)?)
+            }
+            Some(format) => Self::TwoLevel8(TwoLevel::build_with(meshes, &instances, costs, format)?),
         })
     }
 
@@ -94,6 +135,9 @@ impl<P: RayTriangle> Tree<P> {
             (Self::Kd(tree), _) => kd::stack::trace(tree, ray, query, observer),
             (Self::KdWithCells(tree, cells), _) => kd::backtrack::trace(tree, cells, ray, query, observer),
             (Self::Grid(grid), _) => grid::dda::trace(grid, ray, query, observer),
+            (Self::TwoLevel(levels), _) => levels.trace(ray, query, u8::MAX, observer),
+            (Self::TwoLevel4(levels), _) => levels.trace(ray, query, u8::MAX, observer),
+            (Self::TwoLevel8(levels), _) => levels.trace(ray, query, u8::MAX, observer),
         }
     }
 
@@ -105,6 +149,9 @@ impl<P: RayTriangle> Tree<P> {
             Self::Wide8(bvh) => Topology::of_wide(bvh),
             Self::Kd(tree) | Self::KdWithCells(tree, _) => Topology::of_kd(tree),
             Self::Grid(grid) => Topology::of_grid(grid),
+            Self::TwoLevel(levels) => levels.topology(),
+            Self::TwoLevel4(levels) => levels.topology(),
+            Self::TwoLevel8(levels) => levels.topology(),
         }
     }
 
@@ -116,6 +163,7 @@ impl<P: RayTriangle> Tree<P> {
             Self::Wide8(bvh) => bvh.depth(),
             Self::Kd(tree) | Self::KdWithCells(tree, _) => tree.depth,
             Self::Grid(_) => 0,
+            levels => with_levels!(levels, levels => levels.depth(), _ => 0),
         }
     }
 
@@ -124,7 +172,7 @@ impl<P: RayTriangle> Tree<P> {
         match self {
             Self::Wide4(bvh) => bvh.stack_entries(),
             Self::Wide8(bvh) => bvh.stack_entries(),
-            _ => self.depth() + 1,
+            tree => with_levels!(tree, levels => levels.stack_entries(), _ => self.depth() + 1),
         }
     }
 
@@ -144,21 +192,32 @@ impl<P: RayTriangle> Tree<P> {
                 let statistics = grid.statistics();
                 LeafCounts { leaves: statistics.cells, empty: statistics.empty_cells, flat: 0 }
             }
+            levels => LeafCounts {
+                leaves: with_levels!(levels, levels => levels.leaf_count(), _ => 0),
+                empty: 0,
+                flat: 0,
+            },
         }
     }
 
-    /// Half the area of each node's box or cell; `None` where nodes were not split in two, in a grid and a wide BVH.
+    /// Facts about the two levels; `None` for any other structure.
+    pub(crate) fn two_level_statistics(&self) -> Option<TwoLevelStatistics> {
+        with_levels!(self, levels => Some(levels.statistics()), _ => None)
+    }
+
+    /// Half the area of each node's box or cell; `None` where nodes were not split in two, in a grid and a wide BVH, and for two levels.
     pub(crate) fn half_areas(&self) -> Option<Vec<f64>> {
         match self {
             Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => {
                 Some(bvh.nodes().map(|node| node.bounds.half_area()).collect())
             }
             Self::Kd(tree) | Self::KdWithCells(tree, _) => Some(tree.half_areas()),
-            Self::Wide4(_) | Self::Wide8(_) | Self::Grid(_) => None,
+            _ => None,
         }
     }
 
-    /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area.
+    /// Expected cost of a random ray that meets the scene's box, by the surface area heuristic; `None` for a box without area, and
+    /// for two levels.
     pub(crate) fn sah_cost(&self, traversal_cost: f64, intersection_cost: f64) -> Option<f64> {
         match self {
             Self::Bvh(bvh) | Self::LinkedBvh(bvh, _) => bvh.sah_cost(traversal_cost, intersection_cost),
@@ -166,6 +225,7 @@ impl<P: RayTriangle> Tree<P> {
             Self::Wide8(bvh) => bvh.sah_cost(traversal_cost, intersection_cost),
             Self::Kd(tree) | Self::KdWithCells(tree, _) => tree.sah_cost(traversal_cost, intersection_cost),
             Self::Grid(grid) => grid.sah_cost(traversal_cost, intersection_cost),
+            Self::TwoLevel(_) | Self::TwoLevel4(_) | Self::TwoLevel8(_) => None,
         }
     }
 }

@@ -209,7 +209,8 @@ fn the_deepest_trees_of_both_levels_fit_the_stack_that_is_stated() {
         }
         depths.into_iter().max().unwrap()
     };
-    let (tlas, blas) = (depth(&topology.tlas.nodes), depth(&topology.blases[0].tree.nodes));
+    let trees = topology.trees();
+    let (tlas, blas) = (depth(&trees[0].1.nodes), depth(&trees[1].1.nodes));
     assert!(tlas > 20 && blas > 31, "deeper than balanced trees: {tlas} and {blas}");
     assert_eq!(structure.stack_entries(), tlas + blas + 1);
 
@@ -235,20 +236,19 @@ fn ids_of_steps_lie_in_the_topology_that_is_stated() {
     let instances: Vec<_> = (0..12).map(|i| at(i % 3, Vec3::new(0.0, 0.0, 20.0 * i as f32), 255)).collect();
     let structure = TwoLevel::build(&meshes, &instances, [0.0, 1.0]).unwrap();
     let topology = structure.topology();
-    assert_eq!(topology.tlas.validate(), Ok(()));
-    assert_eq!(topology.meshes, (0..12).map(|i| i % 3).collect::<Vec<u32>>());
-    let mut next = (topology.tlas.nodes.len() as u32, 0);
-    for (blas, mesh) in topology.blases.iter().zip(&meshes) {
-        assert_eq!(blas.tree.validate(), Ok(()));
-        assert_eq!(blas.tree.references.len(), mesh.len());
-        assert_eq!(blas.first_node % 2, 0);
-        assert!(
-            (blas.first_node == next.0 || blas.first_node == next.0 + 1) && blas.first_reference == next.1
-        );
-        next = (blas.first_node + blas.tree.nodes.len() as u32, next.1 + mesh.len() as u32);
+    assert_eq!(topology.validate(), Ok(()));
+    let levels = topology.levels.as_ref().expect("two levels");
+    assert_eq!(levels.meshes, (0..12).map(|i| i % 3).collect::<Vec<u32>>());
+    let mut next = (levels.tlas_nodes, 0);
+    for (blas, mesh) in levels.blases.iter().zip(&meshes) {
+        assert_eq!(blas.references, next.1..next.1 + mesh.len() as u32);
+        assert_eq!(blas.nodes.start, next.0.next_multiple_of(2));
+        next = (blas.nodes.end, blas.references.end);
     }
-    let nodes = topology.tlas.nodes.len() + topology.blases.iter().map(|b| b.tree.nodes.len()).sum::<usize>();
+    let trees = topology.trees();
+    let nodes: usize = trees.iter().map(|(_, tree)| tree.nodes.len()).sum();
     assert_eq!(structure.node_count(), nodes as u64);
+    assert_eq!(topology.triangles, 4 * (3 + 9));
 
     // Every triangle is named by the steps of the ray that comes from behind everything.
     let ray = Ray { t_max: 1.0, ..Ray::new(Vec3::new(0.7, 0.7, -5.0), Vec3::new(0.0, 0.0, 1000.0)) };
@@ -258,15 +258,13 @@ fn ids_of_steps_lie_in_the_topology_that_is_stated() {
     let mut tested = 0;
     for (op, id) in seen {
         match op {
-            Op::Instance => blas = Some(&topology.blases[topology.meshes[id as usize] as usize]),
+            Op::Instance => blas = levels.blas_of(id),
             Op::Primitive => {
-                let blas = blas.expect("in an instance");
-                assert!(blas.tree.references.get((id - blas.first_reference) as usize).is_some());
+                assert!(blas.expect("in an instance").references.contains(&id));
                 tested += 1;
             }
-            Op::Node if id as usize >= topology.tlas.nodes.len() => {
-                let blas = blas.expect("in an instance");
-                assert!(blas.tree.nodes.get((id - blas.first_node) as usize).is_some());
+            Op::Node if id >= levels.tlas_nodes => {
+                assert!(blas.expect("in an instance").nodes.contains(&id));
             }
             _ => {}
         }

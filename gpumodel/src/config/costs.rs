@@ -33,6 +33,9 @@ pub struct ShaderCosts {
     /// Missing in tables that were written before there were passes of reflections.
     reflections: Option<ReflectionCosts>,
     reflection_estimates: Vec<String>,
+    /// Missing in tables that were written before there were two levels.
+    two_level: Option<TwoLevelCosts>,
+    two_level_estimates: Vec<String>,
     /// A ray query that a ray unit answers.
     pub ray_query: RayQueryCosts,
     bvh_stack: TraversalCosts,
@@ -105,6 +108,15 @@ pub struct RayQueryCosts {
     pub start: Cost,
 }
 
+/// What a traversal of two levels costs beside the steps in either.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TwoLevelCosts {
+    /// Registers of four words per lane that hold the ray in the world meanwhile.
+    pub registers: u32,
+    /// [`tracer::Op::Instance`]: the ray into the space of the mesh, and back.
+    pub instance: Cost,
+}
+
 /// Costs of a traversal's steps, by [`tracer::Op`], without address arithmetic and loop control.
 #[derive(Clone, Copy, Debug)]
 pub struct TraversalCosts {
@@ -132,6 +144,7 @@ struct CostsFile {
     shared: SharedFile,
     secondary: Option<SecondaryFile>,
     reflections: Option<ReflectionsFile>,
+    two_level: Option<TwoLevelFile>,
     ray_query: RayQueryFile,
     bvh_stack: TraversalFile,
     bvh_parent_link: TraversalFile,
@@ -184,6 +197,21 @@ struct SecondaryFile {
 pub(super) struct TaggedCostFile {
     alu: Spanned<u32>,
     efu: Spanned<u32>,
+    source: Spanned<String>,
+    tag: Tag,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TwoLevelFile {
+    registers: TaggedRegistersFile,
+    instance: TaggedCostFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TaggedRegistersFile {
+    value: Spanned<u32>,
     source: Spanned<String>,
     tag: Tag,
 }
@@ -249,7 +277,21 @@ impl ShaderCosts {
             }),
             None => None,
         };
+        let (mut two_level, mut two_level_estimates) = (None, Vec::new());
+        if let Some(TwoLevelFile { registers, instance }) = &raw.two_level {
+            let TaggedRegistersFile { value, source, tag } = registers;
+            let keys = [("two-level.registers", *tag), ("two-level.instance", instance.tag)];
+            two_level_estimates.extend(
+                keys.into_iter().filter(|(_, tag)| *tag == Tag::Estimate).map(|(key, _)| key.to_owned()),
+            );
+            two_level = Some(TwoLevelCosts {
+                registers: read_registers(&file, "two-level", value, source)?,
+                instance: instance.read(&file, "two-level.instance")?,
+            });
+        }
         Ok(Self {
+            two_level,
+            two_level_estimates,
             secondary,
             secondary_estimates,
             reflections: raw.reflections.as_ref().map(|raw| reflections(&file, raw)).transpose()?,
@@ -271,7 +313,10 @@ impl ShaderCosts {
                 trip: cost("shared.loop", &raw.shared.r#loop)?,
             },
             ray_query: RayQueryCosts {
-                registers: read_registers(&file, "ray-query", &raw.ray_query.registers)?,
+                registers: {
+                    let RegistersFile { value, source } = &raw.ray_query.registers;
+                    read_registers(&file, "ray-query", value, source)?
+                },
                 start: cost("ray-query.start", &raw.ray_query.start)?,
             },
             bvh_stack: traversal("bvh-stack", &raw.bvh_stack)?,
@@ -312,6 +357,31 @@ impl ShaderCosts {
         })
     }
 
+    /// Costs of two levels beside those of the traversal; nothing where a trace has one.
+    ///
+    /// # Errors
+    /// When the trace has two levels and the table no costs of them.
+    pub(crate) fn two_level(&self, header: &TraceHeader) -> Result<TwoLevelCosts, Error> {
+        if header.accel != Accel::TwoLevel {
+            return Ok(TwoLevelCosts::default());
+        }
+        self.two_level.ok_or_else(|| Error::Trace {
+            scene: header.scene.clone(),
+            problem: "it has two levels, which the table of shader costs does not know".to_owned(),
+            remedy: "add a table [two-level] to it, as configs/costs.toml has".to_owned(),
+        })
+    }
+
+    /// Keys of the costs of [`Self::two_level`] that are estimates.
+    pub(crate) fn two_level_estimates(&self) -> &[String] {
+        &self.two_level_estimates
+    }
+
+    /// A node step in a TLAS, which is a binary BVH.
+    pub(crate) fn tlas_node(&self) -> Cost {
+        self.bvh_stack.node
+    }
+
     /// Keys of the costs of [`Self::secondary`] that are estimates.
     pub(crate) fn secondary_estimates(&self) -> &[String] {
         &self.secondary_estimates
@@ -338,7 +408,8 @@ impl ShaderCosts {
     /// When the trace names a traversal that has no costs.
     pub fn traversal(&self, header: &TraceHeader) -> Result<&TraversalCosts, Error> {
         match (header.accel, header.traversal.as_str()) {
-            (Accel::WideBvh, "stack") => Ok(match header.node_format {
+            (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(&self.bvh_stack),
+            (Accel::WideBvh | Accel::TwoLevel, "stack") => Ok(match header.node_format {
                 Some(NodeFormat::Full4) => &self.wide_full_4,
                 Some(NodeFormat::Full8) => &self.wide_full_8,
                 Some(NodeFormat::Adreno8) => &self.wide_adreno_8,
@@ -356,7 +427,7 @@ impl ShaderCosts {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no operation counts", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, or grid dda"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
                     .to_owned(),
             }),
         }
@@ -395,13 +466,18 @@ fn read_operations(
     Ok(Cost { alu: *alu.get_ref(), efu: *efu.get_ref() })
 }
 
-fn read_registers(file: &File<'_>, name: &str, raw: &RegistersFile) -> Result<u32, Error> {
+fn read_registers(
+    file: &File<'_>,
+    name: &str,
+    value: &Spanned<u32>,
+    source: &Spanned<String>,
+) -> Result<u32, Error> {
     let key = format!("{name}.registers");
-    file.said(&key, &raw.source)?;
-    let registers = *raw.value.get_ref();
+    file.said(&key, source)?;
+    let registers = *value.get_ref();
     if registers == 0 {
         let problem = "is 0, expected at least 1 register per lane";
-        return Err(file.refuse(&key, &raw.value.span(), problem, "correct the value"));
+        return Err(file.refuse(&key, &value.span(), problem, "correct the value"));
     }
     Ok(registers)
 }
@@ -409,7 +485,7 @@ fn read_registers(file: &File<'_>, name: &str, raw: &RegistersFile) -> Result<u3
 fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {
     let cost = |field: &str, cost: &CostFile| read_cost(file, &format!("{name}.{field}"), cost);
     Ok(TraversalCosts {
-        registers: read_registers(file, name, &raw.registers)?,
+        registers: read_registers(file, name, &raw.registers.value, &raw.registers.source)?,
         start: cost("start", &raw.start)?,
         node: cost("node", &raw.node)?,
         up: cost("up", &raw.up)?,

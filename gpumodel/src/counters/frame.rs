@@ -75,6 +75,10 @@ counters! {
         pub node_fetches: u64,
         /// Ray-triangle tests.
         pub primitive_tests: u64,
+        /// Node steps of single lanes in the TLAS of two levels.
+        pub tlas_steps: u64,
+        /// Records of instances that single lanes read, to go into the BLAS.
+        pub instances: u64,
         /// Restarts.
         pub restarts: u64,
         /// Stack entries written.
@@ -103,6 +107,8 @@ counters! {
         pub triangle_nodes_full: u64,
         /// Ray-box tests of a ray unit.
         pub unit_box_tests: u64,
+        /// Of `unit_box_tests`, those of boxes of a TLAS.
+        pub unit_tlas_boxes: u64,
         /// As `unit_box_tests`, with the places for rays that stayed empty.
         pub unit_box_places: u64,
         /// As `unit_box_places`, of triangles.

@@ -5,7 +5,7 @@ use crate::config::{Atomics, Attachments, Launch, RayScheduling, Reflections, St
 use crate::counters::Pass;
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
-use tracer::{LoopStructure, RayKind, TraceHeader};
+use tracer::{Accel, LoopStructure, RayKind, TraceHeader};
 
 /// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.
 const COMPILED_TRAIL_BITS: u32 = 32;
@@ -99,6 +99,9 @@ pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &Re
              since no shader of it was compiled."
                 .to_owned(),
         );
+    }
+    if header.accel == Accel::TwoLevel {
+        sentences.extend(level_assumptions(header, config));
     }
     if has_secondary(header) {
         let estimates = config.costs.secondary_estimates();
@@ -212,4 +215,17 @@ fn resident(replayed: &Replayed, config: &ReplayConfig) -> String {
     format!(
         "{number} warps of {width} lanes are resident per core, from the register count of the cost table."
     )
+}
+
+fn level_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
+    let layout = "Records of instances, 128 bytes each, lie behind the TLAS, and each BLAS begins at a multiple of 256 bytes; a ray reads \
+                  64 bytes of an instance's record.";
+    let estimates = config.costs.two_level_estimates();
+    let cost = if config.gpu.ray_unit_for(header).is_some() {
+        Some("The ray unit transforms rays at no cost of its own, and walks a binary TLAS, as the trace has it.".to_owned())
+    } else {
+        let said = format!("Estimated figures of the cost table, for two levels: {}.", estimates.join(", "));
+        (!estimates.is_empty()).then_some(said)
+    };
+    std::iter::once(layout.to_owned()).chain(cost).collect()
 }

@@ -24,6 +24,7 @@ pub(super) struct PassValues<'a> {
 }
 
 const NO_RAYS: &str = "no ray was traced";
+const ONE_LEVEL: &str = "the structure has one level";
 const NO_RAY_UNIT: &str = "no ray unit walks the structure";
 const NO_TIME: &str = "it takes no time";
 const NO_WORK: &str = "nothing was issued";
@@ -50,13 +51,14 @@ impl PassValues<'_> {
             "fps" => Value::ratio(1.0, self.seconds, NO_TIME),
             "rays" => Value::Count(issue.rays),
             "mrays_per_second" => self.per_second(rays / 1e6),
-            "structure_nodes" => self.of_frame(|| Value::Count(self.frame.topology.nodes.len() as u64)),
+            "structure_nodes" => self.of_frame(|| Value::Count(self.frame.topology.node_count())),
             "structure_bytes" => self.of_frame(|| Value::Count(self.frame.replayed.structure_bytes)),
             "node_fetches" => self.of_rays(Value::Count(issue.node_fetches)),
             "node_fetches_per_ray" => Value::ratio(issue.node_fetches as f64, rays, NO_RAYS),
             "node_fetches_per_pixel" => Value::ratio(issue.node_fetches as f64, fragments, NO_FRAGMENTS),
             "primitive_tests" => self.of_rays(Value::Count(issue.primitive_tests)),
             "primitive_tests_per_ray" => Value::ratio(issue.primitive_tests as f64, rays, NO_RAYS),
+            "instances" | "instances_per_ray" | "tlas_step_share" => self.two_levels(id),
             "restarts" => self.restarts(),
             id if id.starts_with("ray_unit_") => self.ray_unit(id),
             "fragments" => Value::Count(self.frame.header.frame.rays()),
@@ -142,6 +144,11 @@ impl PassValues<'_> {
             "ray_unit_box_cycles" => Value::Real(box_cycles),
             "ray_unit_triangle_cycles" => Value::Real(triangle_cycles),
             "ray_unit_box_tests" => Value::Count(issue.unit_box_tests),
+            "ray_unit_tlas_box_tests" | "ray_unit_instances" if self.frame.topology.levels.is_none() => {
+                Value::absent(ONE_LEVEL)
+            }
+            "ray_unit_tlas_box_tests" => Value::Count(issue.unit_tlas_boxes),
+            "ray_unit_instances" => Value::Count(issue.instances),
             "ray_unit_box_nodes" => Value::Count(issue.box_nodes),
             "ray_unit_box_nodes_quarter" => Value::Count(issue.box_nodes_quarter),
             "ray_unit_box_nodes_half" => Value::Count(issue.box_nodes_half),
@@ -153,6 +160,18 @@ impl PassValues<'_> {
             "ray_unit_triangle_nodes_three_quarters" => Value::Count(issue.triangle_nodes_three_quarters),
             "ray_unit_triangle_nodes_full" => Value::Count(issue.triangle_nodes_full),
             _ => Value::absent("this estimate does not compute it"),
+        }
+    }
+
+    fn two_levels(&self, id: &str) -> Value {
+        let issue = &self.pass.issue;
+        if self.frame.topology.levels.is_none() {
+            return Value::absent(ONE_LEVEL);
+        }
+        match id {
+            "instances" => self.of_rays(Value::Count(issue.instances)),
+            "instances_per_ray" => Value::ratio(issue.instances as f64, issue.rays as f64, NO_RAYS),
+            _ => Value::ratio(issue.tlas_steps as f64, issue.node_steps as f64, NO_RAYS),
         }
     }
 

@@ -2,19 +2,20 @@
 //!
 //! | buffer | records | found by |
 //! |---|---|---|
-//! | node | [`NodeLayout`] | node, through its [`NodeOrder`](super::NodeOrder) |
+//! | node | [`NodeLayout`](super::NodeLayout): of a tree, or of a TLAS, the instances, and each BLAS | node, through its [`NodeOrder`](super::NodeOrder); instance |
 //! | primitive, normal (only where normals are apart) | [`TriangleRecords`] | [`PrimitiveOrder`] |
 //! | index (only where triangles are indexed) | u32 triangle per reference | position in the leaves |
 //! | stack (only where it is in memory) | 8 bytes per entry | resident warp, entry, lane: lanes lie side by side |
-//! | vertex (only for rasterisation) | three vertices per triangle, no index list | triangle in file order |
+//! | vertex (only for rasterisation) | three vertices per triangle of each mesh, no index list | triangle in file order |
 //! | image, attachment (only where a pass writes one for another) | 4x4 pixels side by side | tile, then Morton order |
 
 use super::VEC4_BYTES;
+use super::instanced::InstancedTriangles;
 use super::node::NodeLayout;
 use super::order::NodeOrder;
 use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
-use super::tree::{TreeBuffers, node_places};
+use super::tree::{TreeBuffers, TreePlaces};
 use crate::config::{Technique, VECTOR_BYTES};
 use crate::error::Error;
 use crate::replay::ReplayConfig;
@@ -66,7 +67,7 @@ impl BufferKind {
 /// How much memory each buffer takes, in bytes; 0 for one that the frame does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BufferBytes {
-    /// Node records.
+    /// Node records, and those of instances: one structure for an API.
     pub node: u64,
     /// Triangles for intersection, with their normals unless those are apart or left out.
     pub primitive: u64,
@@ -142,7 +143,7 @@ fn order(header: &TraceHeader, config: &ReplayConfig) -> PrimitiveOrder {
 fn records(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
     match order(header, config) {
         PrimitiveOrder::Leaf => topology.references.len() as u64,
-        PrimitiveOrder::Indexed => u64::from(topology.triangles),
+        PrimitiveOrder::Indexed => u64::from(topology.stored_triangles()),
     }
 }
 
@@ -150,7 +151,8 @@ fn records(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> 
 pub(crate) fn normal_bytes(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
     let of_record = config.primitive_layout.records().bytes() - TriangleRecords::WITHOUT_NORMALS.bytes();
     let of_vertices = config.technique.raster.map_or(0, |_| CORNERS * u64::from(VECTOR_BYTES));
-    records(header, topology, config) * u64::from(of_record) + u64::from(topology.triangles) * of_vertices
+    records(header, topology, config) * u64::from(of_record)
+        + u64::from(topology.stored_triangles()) * of_vertices
 }
 
 /// What the cores add to the addresses of a stream: where private memory lies, and where tile memory goes.
@@ -189,6 +191,7 @@ pub(crate) struct Buffers {
     /// Per triangle, its record; empty where triangles lie in file order.
     record_of_triangle: Vec<u32>,
     triangles: u32,
+    instanced: Option<InstancedTriangles>,
     intersections: Records,
     shading: Records,
     index_base: Option<u32>,
@@ -224,15 +227,15 @@ impl Buffers {
             remedy: remedy.to_owned(),
         };
         topology.validate().map_err(|problem| fail(problem, "record the trace again"))?;
-        if topology.is_wide() && config.node_order == NodeOrder::VanEmdeBoas {
+        let is_wide = topology.is_wide() || header.node_format.is_some();
+        if is_wide && config.node_order == NodeOrder::VanEmdeBoas {
             return Err(fail(
                 "a node of its wide BVH links to the first of its inner children, and the others follow it: van-emde-boas order parts them"
                     .to_owned(),
                 "use depth-first or breadth-first order",
             ));
         }
-        let (node_bytes, node_stride) = config.node_records.bytes(header, &NodeLayout::of(header)?)?;
-        let (places, node_count) = node_places(config, topology);
+        let structure = TreePlaces::new(header, topology, config)?;
         let primitive =
             if header.normals { config.primitive_layout.records() } else { TriangleRecords::WITHOUT_NORMALS };
         let leaf_order = order(header, config) == PrimitiveOrder::Leaf;
@@ -245,7 +248,7 @@ impl Buffers {
             next += bytes.next_multiple_of(ALIGNMENT);
             base
         };
-        let structure_bytes = node_count * u64::from(node_stride);
+        let structure_bytes = structure.total_bytes;
         let node_base = place(structure_bytes);
         let vertex_base = place(records * u64::from(primitive.vertex_bytes));
         let split = primitive.normal_bytes > 0;
@@ -262,7 +265,7 @@ impl Buffers {
         let Technique { raster, present, .. } = &config.technique;
         let vertex_stride = raster.map_or(0, |raster| raster.vertex_stride(header.normals));
         let triangle_bytes = CORNERS * u64::from(vertex_stride);
-        let raster_base = place(triangle_bytes * u64::from(topology.triangles));
+        let raster_base = place(triangle_bytes * u64::from(topology.stored_triangles()));
         let pixels = u64::from(header.frame.tiles()) * u64::from(TILE_RAYS);
         let image_bytes = pixels * PIXEL_BYTES;
         let attachments = raster.as_ref().map_or(0, |raster| raster.attachments_in_memory().len() as u64);
@@ -274,7 +277,7 @@ impl Buffers {
             index: index_bytes,
             normal: records * u64::from(primitive.normal_bytes),
             stack: stack_stride * u64::from(warps),
-            vertex: triangle_bytes * u64::from(topology.triangles),
+            vertex: triangle_bytes * u64::from(topology.stored_triangles()),
             image: images,
             record: 0,
         };
@@ -287,20 +290,21 @@ impl Buffers {
         }
         let vec4 = |bytes: u64| (bytes / VEC4_BYTES) as u32;
 
-        let node_vec4 = node_stride / VEC4_BYTES as u32;
-        let address = |place: u32| match place {
-            NOWHERE => NOWHERE,
-            place => vec4(node_base) + place * node_vec4,
-        };
+        let of_nodes = |(bytes, stride): (u32, u32)| reads(bytes, stride, line);
+        let address = |place: Option<u64>| place.map_or(NOWHERE, |bytes| vec4(node_base + bytes));
+        let (first_instance, instances) = structure.instances;
         let tree = TreeBuffers {
-            reads: reads(node_bytes, node_stride, line),
+            reads: of_nodes(structure.bytes),
+            tlas_reads: of_nodes(structure.tlas_bytes),
+            instance_reads: of_nodes((NodeLayout::INSTANCE_READ_BYTES, NodeLayout::INSTANCE.bytes)),
+            instances: (vec4(node_base + first_instance), instances),
             line_shift: line.log2() - VEC4_BYTES.ilog2(),
             stack_line_shift: private_line.log2(),
             stack_entries,
-            nodes: places.into_iter().map(address).collect(),
+            nodes: structure.nodes.into_iter().map(address).collect(),
         };
         let (record_of_position, record_of_triangle) = if leaf_order {
-            let mut records = vec![NOWHERE; topology.triangles as usize];
+            let mut records = vec![NOWHERE; topology.stored_triangles() as usize];
             for (position, &triangle) in (0..).zip(&topology.references) {
                 let record = &mut records[triangle as usize];
                 *record = position.min(*record);
@@ -331,6 +335,7 @@ impl Buffers {
             record_of_position,
             record_of_triangle,
             triangles: topology.triangles,
+            instanced: InstancedTriangles::new(topology),
             intersections: Records {
                 base: vec4(vertex_base + u64::from(intersection.start)),
                 stride: vec4(u64::from(stride)),
@@ -378,16 +383,23 @@ impl Buffers {
         (self.index_base.unwrap_or(0) + position / 4) >> self.tree.line_shift
     }
 
+    /// Which of the triangles in memory one of the scene's is: of two levels, that of its mesh.
+    #[inline(always)]
+    pub(crate) fn stored(&self, triangle: u32) -> u32 {
+        self.instanced.as_ref().map_or(triangle, |instanced| instanced.stored(triangle))
+    }
+
     /// Address of what shading a triangle, in file order, reads.
     #[inline(always)]
     pub(crate) fn shading(&self, triangle: u32) -> Option<u32> {
         if triangle >= self.triangles {
             return None;
         }
+        let stored = self.stored(triangle);
         let record = if self.record_of_triangle.is_empty() {
-            triangle
+            stored
         } else {
-            self.record_of_triangle[triangle as usize]
+            self.record_of_triangle[stored as usize]
         };
         (record != NOWHERE).then(|| self.shading.base + record * self.shading.stride)
     }

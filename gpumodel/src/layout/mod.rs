@@ -1,6 +1,7 @@
 //! Where things lie in memory: the only place of the project where a node number becomes an address.
 
 mod buffers;
+mod instanced;
 mod node;
 mod order;
 mod primitive;

@@ -146,6 +146,24 @@ impl NodeLayout {
         &[field("first reference", 0, 4), field("reference count", 4, 4), field("unused", 8, 8)],
     );
 
+    /// Instance of a two-level structure: Mesa's `radv_bvh_instance_node`, 128 bytes; the descriptors of Adreno's driver have as many and
+    /// the same content. What a traversal needs is the first half.
+    pub const INSTANCE: Self = Self::checked(
+        "instance",
+        128,
+        &[
+            field("BLAS", 0, 8),
+            field("custom index, mask", 8, 4),
+            field("shader binding table offset, flags", 12, 4),
+            field("world to object, 3x4", 16, 48),
+            field("instance id, BLAS offset", 64, 8),
+            field("reserved", 72, 8),
+            field("object to world, 3x4", 80, 48),
+        ],
+    );
+    /// Bytes of [`Self::INSTANCE`] that a traversal reads, from its beginning.
+    pub const INSTANCE_READ_BYTES: u32 = 64;
+
     /// A layout whose fields follow each other and fill whole vec4 loads.
     const fn checked(name: &'static str, bytes: u32, fields: &'static [Field]) -> Self {
         let mut end = 0;
@@ -159,15 +177,16 @@ impl NodeLayout {
         Self { name, bytes, fields }
     }
 
-    /// The record that a trace's traversal reads.
+    /// The record that a trace's traversal reads; of two levels, that of its BLASes. A TLAS has that of a BVH.
     ///
     /// # Errors
     /// When the trace names a traversal that no layout is known for.
     pub fn of(header: &TraceHeader) -> Result<Self, Error> {
         match (header.accel, header.traversal.as_str()) {
             (Accel::Bvh, "stack" | "restart-trail") => Ok(Self::BVH),
+            (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(Self::BVH),
             (Accel::Bvh, "parent-link") => Ok(Self::BVH_PARENT_LINK),
-            (Accel::WideBvh, "stack") => match header.node_format {
+            (Accel::WideBvh | Accel::TwoLevel, "stack") => match header.node_format {
                 Some(NodeFormat::Full4) => Ok(Self::WIDE_FULL_4),
                 Some(NodeFormat::Full8) => Ok(Self::WIDE_FULL_8),
                 Some(NodeFormat::Compressed8) => Ok(Self::WIDE_COMPRESSED_8),
@@ -184,7 +203,7 @@ impl NodeLayout {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no node layout", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, or grid dda"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
                     .to_owned(),
             }),
         }

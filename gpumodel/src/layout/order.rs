@@ -172,7 +172,7 @@ mod tests {
             leaf,
             leaf,
         ];
-        let tree = Topology { nodes, references: Vec::new(), triangles: 0 };
+        let tree = Topology { nodes, ..Topology::default() };
         assert_eq!(NodeOrder::BreadthFirst.positions(&tree), [0, 1, 2, 5, 6, 3, 4]);
     }
 
@@ -189,7 +189,7 @@ mod tests {
         let leaf = TopologyNode::Leaf { first: 0, count: 0 };
         let pairs = (0..count).flat_map(|i| [TopologyNode::Inner { left: 2 * i + 1 }, leaf]);
         // The inner child is the right one: the left child of node 2 i is 2 i + 1, a leaf.
-        Topology { nodes: pairs.chain([leaf]).collect(), references: Vec::new(), triangles: 0 }
+        Topology { nodes: pairs.chain([leaf]).collect(), ..Topology::default() }
     }
 
     #[test]
@@ -210,7 +210,7 @@ mod tests {
         // Each node has the next two as children, so that there are more paths than could be walked; two nodes lie apart.
         let shared = (0..100).map(|node| TopologyNode::Inner { left: node + 1 });
         let nodes = shared.chain([leaf; 4]).collect();
-        let tree = Topology { nodes, references: Vec::new(), triangles: 0 };
+        let tree = Topology { nodes, ..Topology::default() };
         tree.validate().expect("a legal file");
         for order in NodeOrder::ALL {
             let mut positions = order.positions(&tree);

@@ -46,6 +46,13 @@ impl NodeRecords {
         match self {
             Self::Packed => Ok((layout.bytes, layout.bytes)),
             Self::Padded => Ok((layout.bytes, layout.bytes.next_power_of_two())),
+            Self::ChildBoxes if header.accel == Accel::TwoLevel => Err(Error::Trace {
+                scene: header.scene.clone(),
+                problem: "it has two levels, and with the boxes of children in their parent the box of a BLAS's root is in no record"
+                    .to_owned(),
+                remedy: "use packed or padded node records, or a trace of bvh stack or restart-trail"
+                    .to_owned(),
+            }),
             Self::ChildBoxes if header.node_fetch == NodeFetch::Pair => {
                 Ok((CHILD_BOXES_BYTES, CHILD_BOXES_BYTES))
             }
@@ -94,7 +101,7 @@ impl PrimitiveOrder {
     /// structures that divide space use an index list.
     pub fn of(accel: Accel) -> Self {
         match accel {
-            Accel::Bvh | Accel::WideBvh => Self::Leaf,
+            Accel::Bvh | Accel::WideBvh | Accel::TwoLevel => Self::Leaf,
             _ => Self::Indexed,
         }
     }

@@ -1,16 +1,22 @@
 //! Where the tree and the stacks lie, which no choice of how triangles lie moves.
 
+use super::VEC4_BYTES;
 use super::buffers::{NOWHERE, Reads, STACK_ENTRY_BYTES};
+use super::node::NodeLayout;
 use super::records::NodeRecords;
+use crate::error::Error;
 use crate::replay::ReplayConfig;
-use tracer::{Topology, TopologyNode};
+use tracer::{Topology, TopologyNode, TraceHeader};
 
 /// The addresses that a traversal reads between triangles, in units of 16 bytes unless they are lines. Variants of a frame in which
 /// these are equal ask the same of memory there.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct TreeBuffers {
-    /// Of a node's record.
+    /// Of a node's record; of two levels, that of a BLAS.
     pub(crate) reads: Reads,
+    /// Of a node's record in a TLAS, and of an instance's.
+    pub(crate) tlas_reads: Reads,
+    pub(crate) instance_reads: Reads,
     /// Lines of a load are its address shifted right by this.
     pub(crate) line_shift: u32,
     /// As `line_shift`, of private memory, in bytes.
@@ -18,6 +24,8 @@ pub(crate) struct TreeBuffers {
     /// Entries of a lane's stack in memory; 0 without one.
     pub(crate) stack_entries: u32,
     pub(super) nodes: Vec<u32>,
+    /// Address of the first instance's record, and the number of these.
+    pub(super) instances: (u32, u32),
 }
 
 impl TreeBuffers {
@@ -25,6 +33,19 @@ impl TreeBuffers {
     #[inline(always)]
     pub(crate) fn node(&self, node: u32) -> Option<u32> {
         self.nodes.get(node as usize).copied().filter(|&address| address != NOWHERE)
+    }
+
+    /// How a node's record is read.
+    #[inline(always)]
+    pub(crate) fn reads_of(&self, in_tlas: bool) -> Reads {
+        if in_tlas { self.tlas_reads } else { self.reads }
+    }
+
+    /// Address of an instance's record.
+    #[inline(always)]
+    pub(crate) fn instance(&self, instance: u32) -> Option<u32> {
+        let (first, count) = self.instances;
+        (instance < count).then(|| first + instance * (NodeLayout::INSTANCE.bytes / VEC4_BYTES as u32))
     }
 
     /// Line of a lane's stack entry, counted from the first line of its warp's stacks.
@@ -35,9 +56,77 @@ impl TreeBuffers {
     }
 }
 
+/// Where the records of a structure lie.
+pub(super) struct TreePlaces {
+    /// Bytes that a fetch of a node reads, and bytes from record to record: of a TLAS, and of any other tree.
+    pub(super) tlas_bytes: (u32, u32),
+    pub(super) bytes: (u32, u32),
+    /// Per node, its record, in bytes from the first one's; `None` where there is none.
+    pub(super) nodes: Vec<Option<u64>>,
+    /// As `nodes`, of the first instance; and the number of these.
+    pub(super) instances: (u64, u32),
+    /// Bytes of all records.
+    pub(super) total_bytes: u64,
+}
+
+/// Bytes at multiples of which acceleration structures begin, so each BLAS, and here the instances: Vulkan,
+/// VUID-VkAccelerationStructureCreateInfoKHR-offset-03734.
+const STRUCTURE_ALIGNMENT: u64 = 256;
+
+impl TreePlaces {
+    /// Lays out a tree, or a TLAS, its instances, and BLAS after BLAS.
+    ///
+    /// # Errors
+    /// When no layout is known for the trace's traversal, or its nodes cannot have records as the configuration says.
+    pub(super) fn new(
+        header: &TraceHeader,
+        topology: &Topology,
+        config: &ReplayConfig,
+    ) -> Result<Self, Error> {
+        let bytes = config.node_records.bytes(header, &NodeLayout::of(header)?)?;
+        let mut all = Self {
+            tlas_bytes: bytes,
+            bytes,
+            nodes: vec![None; topology.nodes.len()],
+            instances: (0, 0),
+            total_bytes: 0,
+        };
+        let Some(levels) = &topology.levels else {
+            all.add(0, topology, bytes.1, config);
+            return Ok(all);
+        };
+        all.tlas_bytes = config.node_records.bytes(header, &NodeLayout::BVH)?;
+        for (number, (root, tree)) in topology.trees().iter().enumerate() {
+            all.align();
+            if number > 0 {
+                all.add(*root, tree, bytes.1, config);
+                continue;
+            }
+            all.add(*root, tree, all.tlas_bytes.1, config);
+            all.align();
+            all.instances = (all.total_bytes, levels.meshes.len() as u32);
+            all.total_bytes += levels.meshes.len() as u64 * u64::from(NodeLayout::INSTANCE.bytes);
+        }
+        Ok(all)
+    }
+
+    fn align(&mut self) {
+        self.total_bytes = self.total_bytes.next_multiple_of(STRUCTURE_ALIGNMENT);
+    }
+
+    /// Appends the records of a tree whose root has the number `root`.
+    fn add(&mut self, root: u32, tree: &Topology, stride: u32, config: &ReplayConfig) {
+        let (places, records) = node_places(config, tree);
+        for (node, place) in self.nodes[root as usize..].iter_mut().zip(places) {
+            *node = (place != NOWHERE).then(|| self.total_bytes + u64::from(place) * u64::from(stride));
+        }
+        self.total_bytes += records * u64::from(stride);
+    }
+}
+
 /// Per node, the place of the record that a fetch of it reads, and the number of records. With the boxes of both children in their
 /// parent, a fetch of a left child reads its parent's record; no other node has one to read.
-pub(super) fn node_places(config: &ReplayConfig, topology: &Topology) -> (Vec<u32>, u64) {
+fn node_places(config: &ReplayConfig, topology: &Topology) -> (Vec<u32>, u64) {
     let positions = config.node_order.positions(topology);
     let count = positions.len();
     if config.node_records != NodeRecords::ChildBoxes {

@@ -139,7 +139,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         let (hierarchy, paths) = caches(gpu, gpu.ray_unit_for(header).is_some())?;
         let lines = [paths.traversal, paths.private].map(|path| hierarchy.granule(path));
         let buffers = Buffers::new(&rays, config, gpu.cores.count * warps, lines[0], lines[1])?;
-        let program = Program::new(header, buffers, config)?.over_list(known, shading);
+        let program = Program::new(header, rays.topology(), buffers, config)?.over_list(known, shading);
         let walk = Walk::new(header, rays.topology(), config);
         let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
         Ok(Tracing { program, walk, lane_map, paths, warps, rays })

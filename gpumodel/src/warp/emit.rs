@@ -288,8 +288,9 @@ impl Emitter {
             Op::Primitive => part.primitive(step),
             Op::Push => part.stack(step, true),
             Op::Pop => part.stack(step, false),
+            Op::Instance => part.instance(step),
             Op::Restart => Ok(()),
-            Op::Instance | Op::AnyHit => unreachable!("lockstep refuses these"),
+            Op::AnyHit => unreachable!("lockstep refuses it"),
         }
     }
 }
@@ -430,9 +431,21 @@ impl Part<'_> {
     #[inline(always)]
     fn record(&mut self, nodes: &[u32], active: u32) -> Result<(), String> {
         let tree = &self.program.buffers.tree;
+        let in_tlas = nodes.first().is_some_and(|&node| self.program.levels.in_tlas(node));
         self.locate(nodes.iter().copied(), |node| tree.node(node))
             .map_err(|node| missing("node", node))?
-            .read_records(BufferKind::Node, tree.reads, active);
+            .read_records(BufferKind::Node, tree.reads_of(in_tlas), active);
+        Ok(())
+    }
+
+    /// Records of instances lie among those of nodes, and are counted with them.
+    #[inline(always)]
+    fn instance(&mut self, step: WarpStep<'_>) -> Result<(), String> {
+        let tree = &self.program.buffers.tree;
+        self.locate(step.records.iter().copied(), |instance| tree.instance(instance))
+            .map_err(|instance| missing("instance", instance))?
+            .read_records(BufferKind::Node, tree.instance_reads, step.lanes);
+        self.end_turn(true);
         Ok(())
     }
 
@@ -443,15 +456,16 @@ impl Part<'_> {
             self.record(step.records, step.lanes)?;
         }
         if self.program.nodes != NodeReads::One && siblings > 0 {
-            let tree = &self.program.buffers.tree;
-            let nodes = step.records.iter().copied().filter(|&node| node != 0);
+            let (tree, levels) = (&self.program.buffers.tree, self.program.levels);
+            let nodes = step.records.iter().copied().filter(|&node| !levels.is_alone(node));
             let located = if self.program.nodes == NodeReads::Pair {
                 self.locate(nodes, |node| tree.node(node + 1))
                     .map_err(|node| missing("sibling of node", node))?
             } else {
                 self.locate(nodes, |node| tree.node(node)).map_err(|node| missing("parent of node", node))?
             };
-            located.read_records(BufferKind::Node, tree.reads, siblings);
+            // Only binary nodes have siblings: those of the TLAS, where the levels are unlike.
+            located.read_records(BufferKind::Node, tree.reads_of(levels.are_unlike()), siblings);
         }
         if self.program.takes_turn(step) {
             self.end_turn(true);
@@ -546,7 +560,7 @@ mod tests {
         let config = ReplayConfig { node_records: records, primitive_order: Some(order), ..config(gpu(&[])) };
         let line = LineSize::new(64).expect("a power of two");
         let buffers = Buffers::new(source, &config, 1, line, line).expect("the mock is valid");
-        Program::new(&source.header, buffers, &config).expect("the mock is valid")
+        Program::new(&source.header, &source.topology, buffers, &config).expect("the mock is valid")
     }
 
     fn emitted(source: &Recorded, program: &Program, tree_turns: TreeTurns) -> TileStreams {

@@ -2,6 +2,7 @@
 
 mod distinct;
 mod emit;
+mod levels;
 mod lockstep;
 mod prefixes;
 mod program;

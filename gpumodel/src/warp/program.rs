@@ -4,6 +4,7 @@
 //! reflection or diffuse ray hits is shaded before the shadow rays from there; then it writes its colour. The warp reconverges between these parts. With a rasterised hit the first part is another pass's, and
 //! the lane begins with the position and normal that it reads back.
 
+use super::levels::Levels;
 use super::ray_unit::UnitTally;
 use super::steps::{SetSteps, Tally, TileTally, WarpStep};
 use crate::config::{Cost, SecondaryCosts};
@@ -11,7 +12,7 @@ use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
 use crate::layout::{BufferKind, Buffers, NodeRecords, PrimitiveLayout, Reads};
 use crate::replay::{Fidelity, ReplayConfig};
-use tracer::{NodeFetch, Op, RayKind, TraceHeader};
+use tracer::{NodeFetch, Op, RayKind, Topology, TraceHeader};
 
 /// Bytes of an index list's entry.
 pub(super) const INDEX_BYTES: u32 = 4;
@@ -21,6 +22,7 @@ pub(crate) struct Program {
     pub(crate) buffers: Buffers,
     pub(super) lanes: Lanes,
     pub(super) nodes: NodeReads,
+    pub(super) levels: Levels,
     /// Streams say what each turn costs.
     pub(crate) keeps_turns: bool,
     /// A ray unit answers ray queries: shaders take no step of a traversal.
@@ -28,6 +30,8 @@ pub(crate) struct Program {
     step_costs: [Cost; Op::ALL.len()],
     /// Address arithmetic of one node record.
     record_cost: Cost,
+    /// The same two of a TLAS whose nodes are unlike those of BLASes.
+    tlas_costs: NodeCosts,
     trip: Cost,
     /// By [`RayKind`]: what a warp issues before the steps of a ray set.
     setups: [Cost; RayKind::ALL.len()],
@@ -49,6 +53,14 @@ pub(crate) struct Program {
     pub(super) texture_line_shift: u32,
     counter_line_shift: u32,
     pub(super) texture_samples_per_clock: f64,
+}
+
+/// What a node step costs.
+#[derive(Clone, Copy, Default)]
+struct NodeCosts {
+    step: Cost,
+    /// Address arithmetic of one record.
+    record: Cost,
 }
 
 /// Which rays warps trace, and what a load of theirs takes.
@@ -74,7 +86,12 @@ pub(super) enum NodeReads {
 }
 
 impl Program {
-    pub(crate) fn new(header: &TraceHeader, buffers: Buffers, config: &ReplayConfig) -> Result<Self, Error> {
+    pub(crate) fn new(
+        header: &TraceHeader,
+        topology: &Topology,
+        buffers: Buffers,
+        config: &ReplayConfig,
+    ) -> Result<Self, Error> {
         let by_ray_unit = config.gpu.ray_unit_for(header).is_some();
         let traversal = config.costs.traversal(header)?;
         let shared = &config.costs.shared;
@@ -82,6 +99,7 @@ impl Program {
         let with_loads = |cost: Cost, loads: u32| sum(&[cost, shared.address.times(loads)]);
         let stack_access = u32::from(buffers.tree.stack_entries > 0);
         let index_load = u32::from(buffers.has_index_list());
+        let two_level = config.costs.two_level(header)?;
         let mut step_costs = [Cost::default(); Op::ALL.len()];
         for (op, cost, loads) in [
             (Op::Pop, traversal.pop, stack_access),
@@ -89,6 +107,7 @@ impl Program {
             (Op::Up, traversal.up, 0),
             (Op::Node, traversal.node, 0),
             (Op::Push, traversal.push, stack_access),
+            (Op::Instance, two_level.instance, buffers.tree.instance_reads.loads),
             (Op::Primitive, traversal.primitive, buffers.intersection_reads.loads + index_load),
         ] {
             step_costs[op as usize] = if by_ray_unit { Cost::default() } else { with_loads(cost, loads) };
@@ -139,10 +158,15 @@ impl Program {
                 (NodeFetch::Pair, NodeRecords::ChildBoxes) => NodeReads::Parent,
                 (NodeFetch::Pair, _) => NodeReads::Pair,
             },
+            levels: Levels::new(header, topology),
             keeps_turns: config.fidelity == Fidelity::Timed,
             step_costs,
             by_ray_unit,
             record_cost: unless_by_unit(shared.address.times(buffers.tree.reads.loads)),
+            tlas_costs: NodeCosts {
+                step: unless_by_unit(config.costs.tlas_node()),
+                record: unless_by_unit(shared.address.times(buffers.tree.tlas_reads.loads)),
+            },
             trip: unless_by_unit(shared.trip),
             setups: RayKind::ALL.map(setup),
             shade,
@@ -179,8 +203,9 @@ impl Program {
     /// Whether warps of the same shape ask the same of memory here as in `other` where they read nodes and use their stacks, and no
     /// stream says what a turn costs.
     pub(crate) fn reads_tree_as(&self, other: &Self) -> bool {
-        let Self { buffers, lanes, nodes, keeps_turns, by_ray_unit, .. } = self;
+        let Self { buffers, lanes, nodes, levels, keeps_turns, by_ray_unit, .. } = self;
         let alike = *by_ray_unit == other.by_ray_unit
+            && *levels == other.levels
             && *lanes == other.lanes
             && *nodes == other.nodes
             && buffers.tree == other.buffers.tree;
@@ -200,8 +225,8 @@ impl Program {
     pub(crate) fn records(&self, op: Op, id: u32) -> u32 {
         match (op, self.nodes) {
             (Op::Up, _) | (Op::Node, NodeReads::One) => 1,
-            (Op::Node, NodeReads::Pair) => 1 + u32::from(id != 0),
-            (Op::Node, NodeReads::Parent) => u32::from(id != 0),
+            (Op::Node, NodeReads::Pair) => 1 + u32::from(!self.levels.is_alone(id)),
+            (Op::Node, NodeReads::Parent) => u32::from(!self.levels.is_alone(id)),
             _ => 0,
         }
     }
@@ -214,7 +239,8 @@ impl Program {
                 let index = if self.buffers.has_index_list() { INDEX_BYTES } else { 0 };
                 bytes(self.buffers.intersection_reads) + index
             }
-            _ => self.records(op, id) * bytes(self.buffers.tree.reads),
+            Op::Instance => bytes(self.buffers.tree.instance_reads),
+            _ => self.records(op, id) * bytes(self.buffers.tree.reads_of(self.levels.in_tlas(id))),
         }
     }
 
@@ -241,11 +267,15 @@ impl Program {
         issue.rays += set.rays;
         self.spend(setup, set.warps, set.rays, issue);
         self.spend(self.trip, set.warp_trips, set.lane_trips, issue);
+        // Where one shader walks both levels, a node step costs the same in either.
+        let tlas = if self.levels.are_unlike() { set.tlas_steps } else { (0, 0) };
         for op in Op::ALL {
             let (warps, lanes) = (set.warp_steps[op as usize], set.lane_steps[op as usize]);
             issue.warp_steps += warps;
             issue.lane_steps += lanes;
-            self.spend(self.step_costs[op as usize], warps, lanes, issue);
+            let (of_tlas_warps, of_tlas_lanes) = if op == Op::Node { tlas } else { (0, 0) };
+            self.spend(self.tlas_costs.step, of_tlas_warps, of_tlas_lanes, issue);
+            self.spend(self.step_costs[op as usize], warps - of_tlas_warps, lanes - of_tlas_lanes, issue);
         }
         let of = |op: Op| (set.warp_steps[op as usize], set.lane_steps[op as usize]);
         let ((node_warps, node_lanes), (up_warps, up_lanes)) = (of(Op::Node), of(Op::Up));
@@ -255,17 +285,26 @@ impl Program {
             NodeReads::Pair => (node_warps + siblings.0, node_lanes + siblings.1),
             NodeReads::Parent => siblings,
         };
+        // Wide nodes have no siblings.
+        let tlas_records =
+            if self.levels.are_unlike() { (tlas.0 + siblings.0, tlas.1 + siblings.1) } else { (0, 0) };
+        self.spend(self.tlas_costs.record, tlas_records.0, tlas_records.1, issue);
         let (record_warps, record_lanes) = (records.0 + up_warps, records.1 + up_lanes);
-        self.spend(self.record_cost, record_warps, record_lanes, issue);
+        self.spend(self.record_cost, record_warps - tlas_records.0, record_lanes - tlas_records.1, issue);
         let alu = |cost: Cost, lanes: u64| u64::from(cost.alu) * lanes;
         issue.node_steps += node_lanes;
         issue.up_steps += up_lanes;
-        issue.node_alu +=
-            alu(self.step_costs[Op::Node as usize], node_lanes) + alu(self.record_cost, records.1);
+        issue.node_alu += alu(self.step_costs[Op::Node as usize], node_lanes - tlas.1)
+            + alu(self.record_cost, records.1 - tlas_records.1)
+            + alu(self.tlas_costs.step, tlas.1)
+            + alu(self.tlas_costs.record, tlas_records.1);
+        issue.tlas_steps += set.tlas_steps.1;
+        issue.instances += of(Op::Instance).1;
         issue.primitive_alu += alu(self.step_costs[Op::Primitive as usize], of(Op::Primitive).1);
         issue.node_fetches += record_lanes;
         issue.primitive_tests += of(Op::Primitive).1;
-        let UnitTally { nodes: [boxes, triangles] } = &set.unit;
+        let UnitTally { nodes: [boxes, triangles], tlas_boxes } = &set.unit;
+        issue.unit_tlas_boxes += tlas_boxes;
         issue.box_nodes += boxes.by_quarters.iter().sum::<u64>();
         issue.box_nodes_quarter += boxes.by_quarters[0];
         issue.box_nodes_half += boxes.by_quarters[1];
@@ -300,6 +339,10 @@ impl Program {
             (Op::Node, NodeReads::Parent) => siblings,
             _ => 0,
         };
+        if step.op == Op::Node && self.levels.are_unlike() && self.levels.in_tlas(step.records[0]) {
+            let NodeCosts { step, record } = self.tlas_costs;
+            return sum(&[step, record.times(records)]);
+        }
         sum(&[self.step_costs[step.op as usize], self.record_cost.times(records)])
     }
 

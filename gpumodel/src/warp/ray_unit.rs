@@ -9,6 +9,8 @@ use tracer::{Op, Topology, TopologyNode};
 pub(crate) struct UnitTally {
     /// Box nodes, and triangles.
     pub(crate) nodes: [NodeTests; 2],
+    /// Of the boxes, those of the TLAS, times the rays that met them.
+    pub(crate) tlas_boxes: u64,
 }
 
 /// Tests of one kind.
@@ -28,21 +30,28 @@ pub(super) struct UnitTests {
     scheduling: RayScheduling,
     places: u32,
     warp_width: u32,
-    /// Of each node, the boxes of its children.
+    /// Nodes of the TLAS; 0 with one level.
+    tlas_nodes: u32,
+    /// Of each node, the boxes that are tested at it: of a wide one those of its children, of a binary TLAS its own and its sibling's.
     boxes: Arc<[u8]>,
 }
 
 impl UnitTests {
     pub(super) fn new(unit: &RayUnit, warp_width: u32, topology: &Topology) -> Self {
-        let boxes = |node: &TopologyNode| match *node {
+        let tlas_nodes = topology.levels.as_ref().map_or(0, |levels| levels.tlas_nodes);
+        let boxes = |(index, node): (u32, &TopologyNode)| match *node {
             TopologyNode::Wide { count, leaves, .. } => (count + leaves) as u8,
+            TopologyNode::Inner { .. } | TopologyNode::Leaf { .. } if index < tlas_nodes => {
+                1 + (index % 2) as u8
+            }
             TopologyNode::Inner { .. } | TopologyNode::Leaf { .. } => 0,
         };
         Self {
             scheduling: unit.scheduling,
             places: unit.places(),
             warp_width,
-            boxes: topology.nodes.iter().map(boxes).collect(),
+            tlas_nodes,
+            boxes: (0..).zip(&topology.nodes).map(boxes).collect(),
         }
     }
 
@@ -54,7 +63,8 @@ impl UnitTests {
     /// Tests of the groups of `lanes`, each at one of `ids`.
     pub(super) fn count(&self, op: Op, lanes: &[u64], ids: &[u32], tally: &mut UnitTally) {
         let of_triangles = usize::from(op == Op::Primitive);
-        let tests = &mut tally.nodes[of_triangles];
+        let UnitTally { nodes, tlas_boxes } = tally;
+        let tests = &mut nodes[of_triangles];
         let mut test = |id: u32, rays: u32, times: u32| {
             let boxes = if op == Op::Primitive {
                 1
@@ -64,6 +74,9 @@ impl UnitTests {
             let quarter = (4 * rays).div_ceil(self.warp_width).clamp(1, 4) as usize - 1;
             tests.by_quarters[quarter] += u64::from(times);
             tests.tests += boxes * u64::from(rays * times);
+            if op == Op::Node && id < self.tlas_nodes {
+                *tlas_boxes += boxes * u64::from(rays * times);
+            }
             tests.places += boxes * u64::from(rays.next_multiple_of(self.places) * times);
         };
         for (index, (&group, &id)) in lanes.iter().zip(ids).enumerate() {

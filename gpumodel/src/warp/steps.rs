@@ -4,6 +4,7 @@
 //! as a header and its distinct ids; steps on a stack as its distinct entries, each with the lanes that use it.
 
 use super::distinct::Distinct;
+use super::levels::Levels;
 use super::lockstep::{Body, Lockstep};
 use super::ray_unit::{UnitTally, UnitTests};
 use crate::replay::ReplayConfig;
@@ -18,9 +19,11 @@ pub(crate) struct Tally {
     pub(crate) warp_steps: [u64; Op::ALL.len()],
     /// Steps of single lanes, by [`Op`].
     pub(crate) lane_steps: [u64; Op::ALL.len()],
-    /// Lanes at the root in a node step: they have no sibling to read.
+    /// Lanes in a node step at a root or a wide BLAS's node: they have no sibling to read.
     pub(crate) root_lanes: u64,
-    /// Node steps in which some lane was not at the root.
+    /// Node steps of whole warps in the TLAS, and of single lanes; where both levels are of one kind, steps that are in either.
+    pub(crate) tlas_steps: (u64, u64),
+    /// Node steps in which some lane had a sibling to read.
     pub(crate) sibling_steps: u64,
     pub(crate) warp_trips: u64,
     pub(crate) lane_trips: u64,
@@ -38,19 +41,22 @@ pub(crate) struct Tally {
 pub(crate) struct Walk {
     loop_structure: LoopStructure,
     stack_in_memory: bool,
+    levels: Levels,
     unit: Option<UnitTests>,
 }
 
 impl Walk {
     pub(crate) fn new(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> Self {
+        let levels = Levels::new(header, topology);
         let Some(unit) = config.gpu.ray_unit_for(header) else {
             let stack_in_memory = header.stack_entries > 0;
-            return Self { loop_structure: header.loop_structure, stack_in_memory, unit: None };
+            return Self { loop_structure: header.loop_structure, stack_in_memory, levels, unit: None };
         };
         // A unit tests nodes and triangles as its rays come to them, and keeps their stacks itself.
         Self {
             loop_structure: LoopStructure::IfIf,
             stack_in_memory: false,
+            levels,
             unit: Some(UnitTests::new(unit, config.gpu.cores.warp_width, topology)),
         }
     }
@@ -105,7 +111,7 @@ pub(crate) struct WarpStep<'a> {
     pub(crate) op: Op,
     /// Lanes that take it.
     pub(crate) lanes: u32,
-    /// Of them, those at node 0.
+    /// Of them, those that read no sibling: at a root, or at a wide BLAS's node.
     pub(crate) root_lanes: u32,
     /// Distinct ids in order of first appearance; for Push and Pop three words each: entry and lane mask, low half first.
     pub(crate) records: &'a [u32],
@@ -291,6 +297,33 @@ impl Body for Recorder<'_> {
 
     #[inline(always)]
     fn step(&mut self, op: Op, lanes: &[u64], ids: &[u32]) -> Result<(), String> {
+        if op == Op::Node && self.walk.levels.are_unlike() {
+            self.step_by_level(lanes, ids);
+        } else {
+            self.record(op, lanes, ids);
+        }
+        Ok(())
+    }
+}
+
+impl Recorder<'_> {
+    /// A node step in both levels is a step in one after the other, as their nodes are read and tested by different instructions.
+    fn step_by_level(&mut self, lanes: &[u64], ids: &[u32]) {
+        let levels = self.walk.levels;
+        for in_tlas in [true, false] {
+            let (mut of_level, mut at, mut count) = ([0; 64], [0; 64], 0);
+            for (&lanes, &id) in lanes.iter().zip(ids).filter(|&(_, &id)| levels.in_tlas(id) == in_tlas) {
+                (of_level[count], at[count]) = (lanes, id);
+                count += 1;
+            }
+            if count > 0 {
+                self.record(Op::Node, &of_level[..count], &at[..count]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn record(&mut self, op: Op, lanes: &[u64], ids: &[u32]) {
         let active = lanes.iter().fold(0, |all, lanes| all | lanes).count_ones();
         self.tally.warp_steps[op as usize] += 1;
         self.tally.lane_steps[op as usize] += u64::from(active);
@@ -303,9 +336,15 @@ impl Body for Recorder<'_> {
             Op::Push | Op::Pop if self.walk.stack_in_memory => self.stack(header, lanes, ids),
             Op::Push | Op::Pop => {}
             _ => {
-                let at_root = |all, (&lanes, &id)| if id == 0 { all | lanes } else { all };
-                let roots: u64 = if op == Op::Node { lanes.iter().zip(ids).fold(0, at_root) } else { 0 };
-                let roots = roots.count_ones();
+                let levels = self.walk.levels;
+                let lanes_where = |is_meant: &dyn Fn(u32) -> bool| {
+                    let met = lanes.iter().zip(ids).filter(|&(_, &id)| is_meant(id));
+                    met.fold(0, |all, (lanes, _)| all | lanes).count_ones()
+                };
+                let roots = if op == Op::Node { lanes_where(&|id| levels.is_alone(id)) } else { 0 };
+                let in_tlas = if op == Op::Node { lanes_where(&|id| levels.in_tlas(id)) } else { 0 };
+                self.tally.tlas_steps.0 += u64::from(in_tlas > 0);
+                self.tally.tlas_steps.1 += u64::from(in_tlas);
                 self.tally.root_lanes += u64::from(roots);
                 self.tally.sibling_steps += u64::from(op == Op::Node && roots < active);
                 self.room();
@@ -316,6 +355,5 @@ impl Body for Recorder<'_> {
                 *self.used += 1 + found;
             }
         }
-        Ok(())
     }
 }

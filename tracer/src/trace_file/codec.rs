@@ -1,14 +1,14 @@
-//! Tiles and trees as bytes, before compression.
+//! Tiles as bytes, before compression.
 //!
-//! Everything is a sequence of variable-length integers (LEB128). Those of the steps are in [`super::ray_steps`].
+//! Everything is a sequence of variable-length integers (LEB128). Those of the steps are in [`super::ray_steps`], those of trees in
+//! [`super::shape`].
 
 use super::ray_steps::{decode_steps, encode_steps};
-use crate::accel::Accel;
 use crate::observe::{NodeFetch, Op};
 use crate::raster::TileDraw;
 use crate::ray::{NO_HIT, NOT_CAST};
-use crate::topology::{Topology, TopologyNode};
-use crate::trace::{MAX_TILE_STEPS, Step, Tile, TileRect, TraceHeader};
+use crate::topology::Topology;
+use crate::trace::{MAX_TILE_STEPS, Tile, TileRect, TraceHeader};
 
 pub(super) fn push_varint(bytes: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
@@ -132,12 +132,12 @@ impl Reader<'_> {
         Ok(u64::from(value))
     }
 
-    fn bounded(&mut self, limit: u64, what: &str) -> Result<u64, String> {
+    pub(super) fn bounded(&mut self, limit: u64, what: &str) -> Result<u64, String> {
         let value = self.varint()?;
         if value > limit { Err(format!("{what} {value}, at most {limit} expected")) } else { Ok(value) }
     }
 
-    fn finish(&self) -> Result<(), String> {
+    pub(super) fn finish(&self) -> Result<(), String> {
         match self.bytes.len() - self.position {
             0 => Ok(()),
             rest => Err(format!("{rest} bytes left over")),
@@ -160,13 +160,16 @@ impl Limits {
         let nodes = topology.nodes.len() as u64;
         let references = topology.references.len() as u64;
         let stack = u64::from(header.stack_entries.max(header.short_stack));
+        let instances = topology.levels.as_ref().map_or(0, |levels| levels.meshes.len() as u64);
         let ids = Op::ALL.map(|op| match op {
-            // A pair reads `id + 1` too, except for the root, which is always there.
-            Op::Node if header.node_fetch == NodeFetch::Pair => nodes.saturating_sub(1).max(1),
+            // A pair reads `id + 1` too, except for the root, which is always there. With two levels the last node can be a root.
+            Op::Node if header.node_fetch == NodeFetch::Pair && topology.levels.is_none() => {
+                nodes.saturating_sub(1).max(1)
+            }
             Op::Node | Op::Up | Op::Restart => nodes,
             Op::Push | Op::Pop => stack,
             Op::Primitive | Op::AnyHit => references,
-            Op::Instance => 0,
+            Op::Instance => instances,
         });
         Self {
             ids,
@@ -217,89 +220,6 @@ pub(super) fn decode_tile(
         decode_draws(&mut reader, rect, limits.triangles, &mut tile.draws)?;
     }
     reader.finish()
-}
-
-/// Encodes a tree's shape.
-pub(super) fn encode_topology(topology: &Topology) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(topology.nodes.len() * 4 + topology.references.len() * 4);
-    push_varint(&mut bytes, topology.nodes.len() as u64);
-    push_varint(&mut bytes, topology.references.len() as u64);
-    push_varint(&mut bytes, u64::from(topology.triangles));
-    // Links and first positions grow through the list: differences are small. The low bit tells inner nodes (0) from leaves.
-    let (mut link, mut position) = (0_i64, 0_i64);
-    for node in &topology.nodes {
-        match *node {
-            TopologyNode::Inner { left } => {
-                push_varint(&mut bytes, zigzag(i64::from(left) - link) << 1);
-                link = i64::from(left);
-            }
-            TopologyNode::Wide { first, count, leaves } => {
-                push_varint(&mut bytes, zigzag(i64::from(first) - link) << 1);
-                push_varint(&mut bytes, u64::from(count));
-                push_varint(&mut bytes, u64::from(leaves));
-                link = i64::from(first) + i64::from(count);
-            }
-            TopologyNode::Leaf { first, count } => {
-                push_varint(&mut bytes, zigzag(i64::from(first) - position) << 1 | 1);
-                push_varint(&mut bytes, u64::from(count));
-                position = i64::from(first) + i64::from(count);
-            }
-        }
-    }
-    let mut previous = 0;
-    for &reference in &topology.references {
-        push_varint(&mut bytes, zigzag(i64::from(reference) - previous));
-        previous = i64::from(reference);
-    }
-    bytes
-}
-
-/// Most children of a node of a wide BVH.
-const WIDEST_NODE: u64 = 8;
-
-/// Decodes and validates a tree's shape.
-pub(super) fn decode_topology(bytes: &[u8], accel: Accel) -> Result<Topology, String> {
-    let mut reader = Reader { bytes, position: 0 };
-    let most = u64::from(Step::MAX_ID);
-    let nodes = reader.bounded(most, "a number of nodes of")? as usize;
-    let references = reader.bounded(most, "a number of references of")? as usize;
-    let triangles = reader.bounded(most, "a number of triangles of")? as u32;
-    let mut topology = Topology {
-        nodes: Vec::with_capacity(nodes.min(bytes.len())),
-        references: Vec::with_capacity(references.min(bytes.len())),
-        triangles,
-    };
-    let to_u32 = |value: i64| u32::try_from(value).map_err(|_| format!("a link or position of {value}"));
-    let (mut link, mut position) = (0_i64, 0_i64);
-    for _ in 0..nodes {
-        let token = reader.varint()?;
-        let difference = unzigzag(token >> 1);
-        topology.nodes.push(if token & 1 == 0 {
-            let first = to_u32(link.wrapping_add(difference))?;
-            link = i64::from(first);
-            if accel == Accel::WideBvh {
-                let count = reader.bounded(WIDEST_NODE, "a number of inner children of")? as u32;
-                let leaves = reader.bounded(WIDEST_NODE - u64::from(count), "a number of leaves of")? as u32;
-                link += i64::from(count);
-                TopologyNode::Wide { first, count, leaves }
-            } else {
-                TopologyNode::Inner { left: first }
-            }
-        } else {
-            let first = to_u32(position.wrapping_add(difference))?;
-            let count = reader.bounded(most, "a leaf's number of references of")? as u32;
-            position = i64::from(first) + i64::from(count);
-            TopologyNode::Leaf { first, count }
-        });
-    }
-    let mut previous = 0_i64;
-    for _ in 0..references {
-        previous = previous.wrapping_add(unzigzag(reader.varint()?));
-        topology.references.push(to_u32(previous)?);
-    }
-    reader.finish()?;
-    topology.validate()?;
-    Ok(topology)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 mod codec;
 mod ray_steps;
 mod reader;
+mod shape;
 mod writer;
 
 use crate::accel::Accel;
@@ -51,10 +52,12 @@ fn check_header(header: &TraceHeader) -> Result<(), String> {
         _ => {}
     }
     crate::ray_set::check(&header.ray_sets)?;
-    if header.node_format.is_some() != (header.accel == Accel::WideBvh) {
+    let may_be_wide = matches!(header.accel, Accel::WideBvh | Accel::TwoLevel);
+    let may_be_binary = header.accel != Accel::WideBvh;
+    if !(if header.node_format.is_some() { may_be_wide } else { may_be_binary }) {
         let said = header.node_format.map_or("no node format", NodeFormat::name);
         return Err(format!(
-            "{said} for a structure '{}': wide BVHs have one, and no other",
+            "{said} for a structure '{}': wide BVHs have one, two levels may, and no other",
             header.accel.name()
         ));
     }

@@ -2,6 +2,7 @@
 
 use super::check_header;
 use super::codec::{self, Limits};
+use super::shape;
 use super::{
     CHUNK_HEAD_BYTES, END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES,
     STRUCTURE_SEED, TRAILER_BYTES, TRAILER_SEED, tile_seed,
@@ -147,8 +148,8 @@ impl TraceFile {
             stalls,
         };
         let raw = trace.read_chunk(0, STRUCTURE_SEED)?;
-        trace.topology = codec::decode_topology(&raw, trace.header.accel)
-            .map_err(|problem| trace.format_error(0, problem))?;
+        trace.topology =
+            shape::decode_topology(&raw, &trace.header).map_err(|problem| trace.format_error(0, problem))?;
         if trace.topology.triangles != trace.header.triangles {
             let problem = format!(
                 "a tree over {} triangles, {} in the header",

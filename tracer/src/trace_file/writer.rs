@@ -2,6 +2,7 @@
 
 use super::check_header;
 use super::codec;
+use super::shape;
 use super::{
     END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES, STRUCTURE_SEED,
     TRAILER_SEED, tile_seed,
@@ -97,7 +98,7 @@ impl TraceWriter {
         head.extend(text);
         head.extend(xxh3_64_with_seed(&head, HEADER_SEED).to_le_bytes());
         writer.write(&head)?;
-        let (compressed, raw_bytes) = compress(&codec::encode_topology(topology))?;
+        let (compressed, raw_bytes) = compress(&shape::encode_topology(topology))?;
         writer.write_chunk(&compressed, raw_bytes, STRUCTURE_SEED)?;
         Ok(writer)
     }

@@ -25,6 +25,10 @@ pub trait BottomLevel<P: RayTriangle>: Sized + Send + Sync {
     fn bounds(&self) -> Aabb;
     /// Number of nodes.
     fn node_count(&self) -> u32;
+    /// Longest path from the root to a node, in edges.
+    fn depth(&self) -> u32;
+    /// Number of leaves.
+    fn leaf_count(&self) -> u64;
     /// Most entries that a full stack takes.
     fn stack_entries(&self) -> u32;
     /// Triangle indices (file order) of all leaves.
@@ -62,6 +66,14 @@ impl<P: RayTriangle> BottomLevel<P> for Bvh<P> {
 
     fn node_count(&self) -> u32 {
         Self::node_count(self)
+    }
+
+    fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    fn leaf_count(&self) -> u64 {
+        self.statistics().leaves
     }
 
     fn stack_entries(&self) -> u32 {
@@ -107,6 +119,14 @@ impl<P: RayTriangle, const W: usize> BottomLevel<P> for WideBvh<P, W> {
 
     fn node_count(&self) -> u32 {
         self.statistics().nodes as u32
+    }
+
+    fn depth(&self) -> u32 {
+        Self::depth(self)
+    }
+
+    fn leaf_count(&self) -> u64 {
+        self.statistics().leaves
     }
 
     fn stack_entries(&self) -> u32 {

@@ -24,4 +24,4 @@ pub use advice::SMALL_BLAS_TRIANGLES;
 pub use bottom_level::BottomLevel;
 pub use statistics::{BlasStatistics, TwoLevelStatistics};
 pub use structure::{MaskedInstance, TwoLevel};
-pub use topology::{BlasTopology, TwoLevelTopology};
+pub use topology::{BlasPlace, Levels};

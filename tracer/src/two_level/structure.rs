@@ -189,6 +189,17 @@ impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
         self.tlas.depth + deepest.unwrap_or(0) + 1
     }
 
+    /// Longest path from the root of the TLAS to a node of a BLAS, in edges; the way into an instance is one.
+    pub fn depth(&self) -> u32 {
+        let deepest = self.instances.iter().map(|placed| self.blas_of(placed).tree.depth() + 1).max();
+        self.tlas.depth + deepest.unwrap_or(0)
+    }
+
+    /// Leaves of all BLASes.
+    pub fn leaf_count(&self) -> u64 {
+        self.blases.iter().map(|blas| blas.tree.leaf_count()).sum()
+    }
+
     /// Nodes of all trees.
     pub fn node_count(&self) -> u64 {
         let blases = self.blases.iter().map(|blas| u64::from(blas.tree.node_count()));

@@ -1,0 +1,98 @@
+//! Two levels over a scene of instances.
+
+use crate::support::{SMALL, file, folder, raybudget, without_run};
+use serde_json::Value;
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+/// A tetrahedron, placed 60 times: turned, and scaled unevenly.
+fn field(folder: &TempDir) -> PathBuf {
+    let positions: [[f32; 3]; 4] = [[0.0, 1.0, 0.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [0.0, -1.0, -1.0]];
+    let indices: [u32; 12] = [0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2];
+    let bytes: Vec<u8> = positions
+        .as_flattened()
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .chain(indices.iter().flat_map(|index| index.to_le_bytes()))
+        .collect();
+    file(folder, "field.bin", bytes);
+    let node = |number: u32| {
+        let (x, z) = (2.5 * f64::from(number % 10), 2.5 * f64::from(number / 10));
+        let half_angle = 0.17 * f64::from(number);
+        let (sine, cosine) = half_angle.sin_cos();
+        format!(
+            r#"{{"mesh":0,"translation":[{x},0,{z}],"rotation":[0,{sine},0,{cosine}],"scale":[1,{},0.5]}}"#,
+            0.5 + 0.02 * f64::from(number)
+        )
+    };
+    let nodes: Vec<String> = (0..60).map(node).collect();
+    let roots: Vec<String> = (0..60).map(|number| number.to_string()).collect();
+    let text = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{}]}}],"nodes":[{}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[-1,-1,-1],"max":[1,1,1]}},
+        {{"bufferView":1,"componentType":5125,"count":12,"type":"SCALAR"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":48}}],
+        "buffers":[{{"byteLength":96,"uri":"field.bin"}}]}}"#,
+        roots.join(","),
+        nodes.join(",")
+    );
+    file(folder, "field.gltf", text)
+}
+
+fn profile(scene: &std::path::Path, more: &[&str]) -> Value {
+    let scene = scene.to_str().expect("UTF-8");
+    let args = ["profile", scene, "--format", "json"];
+    raybudget(args.iter().chain(&SMALL).chain(more)).json()
+}
+
+fn counter(report: &Value, id: &str) -> f64 {
+    report["counters"][id]["value"].as_f64().unwrap_or_else(|| panic!("{id}: {}", report["counters"][id]))
+}
+
+#[test]
+fn a_replayed_trace_of_instances_says_what_their_profile_says_on_any_number_of_threads() {
+    let folder = folder();
+    let scene = field(&folder);
+    let trace = folder.path().join("field.rbt");
+    for more in [&["--accel", "two-level"][..], &["--accel", "two-level", "--node-format", "full-4"]] {
+        let profiled = profile(&scene, more);
+        let alone = profile(&scene, &[more, &["--threads", "1"]].concat());
+        let paths = [&scene, &trace].map(|path| path.to_str().expect("UTF-8"));
+        raybudget(["trace", paths[0], "-o", paths[1]].iter().chain(&SMALL).chain(more)).ok();
+        let replayed = raybudget(["replay", paths[1], "--format", "json"]).json();
+        assert_eq!(without_run(&profiled), without_run(&replayed));
+        assert_eq!(without_run(&profiled), without_run(&alone));
+        assert!(counter(&profiled, "instances") > 0.0);
+    }
+}
+
+#[test]
+fn two_levels_store_a_mesh_once_and_say_what_they_suffer_from() {
+    let folder = folder();
+    let scene = field(&folder);
+    let [flat, levels] =
+        [&["--accel", "bvh"][..], &["--accel", "two-level"]].map(|more| profile(&scene, more));
+    assert_eq!(counter(&flat, "primitive_tests") > 0.0, counter(&levels, "primitive_tests") > 0.0);
+    // A TLAS of 119 nodes, 60 records, and the BVH of four triangles.
+    let structure = 119 * 32_u32;
+    let expected =
+        structure.next_multiple_of(256) + 60 * 128 + counter(&levels, "structure_nodes") as u32 * 32
+            - structure;
+    assert_eq!(counter(&levels, "structure_bytes") as u32, expected);
+    let notes = levels["notes"].as_array().expect("notes");
+    let has = |text: &str| notes.iter().any(|note| note.as_str().is_some_and(|note| note.contains(text)));
+    assert!(has("60 instances of 1 meshes") && has("and 4 triangles") && has("240 triangles"), "{notes:?}");
+    assert!(has("have fewer than 64 triangles: join neighbours"), "{notes:?}");
+    assert!(flat["counters"]["instances"]["value"].is_null());
+}
+
+#[test]
+fn trees_that_no_blas_can_be_are_refused_with_what_can() {
+    let refused = |more: &[&str]| {
+        raybudget(["profile", "cornell", "--accel", "two-level"].iter().chain(more)).refused()
+    };
+    assert!(refused(&["--max-depth", "9"]).contains("the trees of two levels are BVHs"));
+    assert!(refused(&["--traversal", "dda"]).contains("use one of: stack"));
+    assert!(refused(&["--node-records", "child-boxes"]).contains("use packed or padded node records"));
+}
