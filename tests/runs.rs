@@ -67,8 +67,8 @@ fn every_gpu_runs_every_technique_and_the_default_scene() {
     for gpu in gpumodel::GPUS {
         let report = profile("atrium", tracer::Traversal::BvhStack, &["--gpu", gpu.name]);
         assert_whole(&report, gpu.name);
-        for technique in built_in_techniques() {
-            let machine = ["--gpu", gpu.name, "--technique", technique];
+        for technique in [false, true].map(techniques).concat() {
+            let machine = ["--gpu", gpu.name, "--technique", technique, "--force", "mirror"];
             let report = profile("cornell", tracer::Traversal::KdPushDown { short_stack: 0 }, &machine);
             assert_whole(&report, &format!("{}, {technique}", gpu.name));
         }
@@ -112,6 +112,27 @@ fn every_primitive_layout_runs_and_only_moves_bytes() {
 }
 
 #[test]
+fn every_technique_of_reflections_runs_through_every_traversal_in_its_own_passes() {
+    for traversal in tracer::Traversal::ALL {
+        let mut queries = Vec::new();
+        for technique in techniques(true) {
+            let place = format!("{traversal:?}, {technique}");
+            let report = profile("cornell", traversal, &["--technique", technique, "--force", "mirror"]);
+            assert_whole(&report, &place);
+            let sorted = ["bucket count", "bucket offset", "bucket copy", "hit shading"];
+            let sorted: &[&str] = if technique == "reflections-visibility-buffer" { &sorted } else { &[] };
+            let expected = ["screen-space march", "reflection rays"].iter().chain(sorted);
+            let expected: Vec<&str> = expected.chain(&["reflection shadow rays"]).copied().collect();
+            assert_eq!(passes(&report), expected, "{place}");
+            if technique != "reflections-direct" {
+                queries.push(of_pass(&report, "reflection rays", "rays"));
+            }
+        }
+        assert!(queries.iter().all(|&rays| rays > 0.0 && rays == queries[0]), "{traversal:?}: {queries:?}");
+    }
+}
+
+#[test]
 fn every_technique_runs_through_every_traversal_in_its_own_passes() {
     for scene in ["cornell", "teapot"] {
         for traversal in tracer::Traversal::ALL {
@@ -127,7 +148,7 @@ fn every_technique_runs_through_every_traversal_in_its_own_passes() {
                 ("hybrid", &["geometry", "shadow rays", "output"]),
                 ("hybrid-resolved", &["geometry", "shadow rays", "output"]),
             ];
-            assert_eq!(expected.map(|(name, _)| name).to_vec(), built_in_techniques());
+            assert_eq!(expected.map(|(name, _)| name).to_vec(), techniques(false));
             let reports = expected.map(|(technique, expected)| {
                 let report = run(technique);
                 assert_eq!(passes(&report), expected, "{scene}, {traversal:?}, {technique}");
@@ -155,6 +176,8 @@ fn every_technique_runs_through_every_traversal_in_its_own_passes() {
     }
 }
 
-fn built_in_techniques() -> Vec<&'static str> {
-    gpumodel::TECHNIQUES.iter().map(|technique| technique.name).collect()
+/// Names of the techniques whose frames are of pixels, or of lists of reflection rays.
+fn techniques(reflections: bool) -> Vec<&'static str> {
+    let names = gpumodel::TECHNIQUES.iter().map(|technique| technique.name);
+    names.filter(|name| name.starts_with("reflections-") == reflections).collect()
 }

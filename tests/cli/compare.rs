@@ -168,7 +168,7 @@ fn combinations_without_meaning_are_left_out_and_named() {
         raybudget(args.iter().chain(&TINY)).json_with_warning()
     };
     let (comparison, warnings) = json("traversal,ct-ci");
-    assert_eq!(variants(&comparison).len(), 8 * 4);
+    assert_eq!(variants(&comparison).len(), 9 * 4);
     assert_eq!(warnings.lines().count(), 4, "{warnings}");
     assert!(warnings.contains("left out grid-dda 3:1.5: a grid is not built by costs"), "{warnings}");
 
@@ -184,8 +184,8 @@ fn combinations_without_meaning_are_left_out_and_named() {
 #[test]
 fn traversals_that_an_option_of_the_frame_does_not_fit_are_left_out() {
     for (option, value, left, reason) in [
-        ("--ct", "2", 8, "a grid is not built by costs"),
-        ("--ci", "2", 8, "a grid is not built by costs"),
+        ("--ct", "2", 9, "a grid is not built by costs"),
+        ("--ci", "2", 9, "a grid is not built by costs"),
         ("--short-stack", "4", 2, "have a short stack"),
         ("--trail-bits", "32", 1, "only restart-trail has a trail"),
         ("--splits", "perfect", 4, "only kd-trees"),
@@ -193,8 +193,8 @@ fn traversals_that_an_option_of_the_frame_does_not_fit_are_left_out() {
         ("--max-depth", "9", 4, "only kd-trees"),
         ("--flat-cells", "allowed", 3, "backtracking cannot leave"),
         ("--node-records", "child-boxes", 2, "boxes of both children"),
-        ("--node-format", "full-4", 1, "only nodes of wide BVHs"),
-        ("--node-order", "van-emde-boas", 8, "parts the children"),
+        ("--node-format", "full-4", 2, "only nodes of wide BVHs"),
+        ("--node-order", "van-emde-boas", 9, "parts the children"),
     ] {
         let args = ["compare", "cornell", "--vary", "traversal", option, value, "--format", "json"];
         let (comparison, warnings) = raybudget(args.iter().chain(&TINY)).json_with_warning();

@@ -57,8 +57,8 @@ fn a_technique_from_a_file_is_the_built_in_one_and_a_broken_one_is_refused_with_
     let dir = folder();
     for technique in gpumodel::TECHNIQUES {
         let path = file(&dir, "mine.toml", technique.toml);
-        let [by_name, by_path] =
-            [technique.name, arg(&path)].map(|technique| profile(&["--technique", technique]));
+        let [by_name, by_path] = [technique.name, arg(&path)]
+            .map(|technique| profile(&["--technique", technique, "--force", "mirror"]));
         assert_eq!(by_name["counters"], by_path["counters"], "{}", technique.name);
     }
     refused(

@@ -110,7 +110,7 @@ fn an_order_has_each_ray_once() {
     for (order, expected) in [
         (vec![0, 1, 3], "ray 3 at place 2"),
         (vec![0, 1, 0], "ray 0 at place 2"),
-        (vec![2, 1], "2 of 3 rays"),
+        (vec![2, 1], "lacks ray 0 of 3"),
         (vec![0, 1, 2, 2], "ray 2 at place 3"),
     ] {
         let error = reflection_tracer(&world, rays, order, &[]).err().expect("refused").to_string();
