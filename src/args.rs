@@ -2,6 +2,12 @@
 //!
 //! These are raw settings; [`crate::settings`] and [`crate::machine`] check them and turn them into what the work needs.
 
+mod machine;
+mod reflections;
+
+pub(crate) use machine::MachineArgs;
+pub(crate) use reflections::ReflectionArgs;
+
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -487,91 +493,6 @@ pub(crate) struct FrameArgs {
     /// kd-tree: longest path from the root, in edges [default: by the number of triangles].
     #[arg(long, value_name = "EDGES")]
     pub(crate) max_depth: Option<u32>,
-}
-
-/// What the frame is replayed through.
-#[derive(Args, Clone, Debug, Default, PartialEq)]
-#[command(next_help_heading = "Machine")]
-pub(crate) struct MachineArgs {
-    /// A described GPU by name, or a file that describes one [default: adreno-540].
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(crate) gpu: Option<String>,
-    /// Change one figure of the GPU's description, such as cache.uche.line=128; may be given again.
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub(crate) set: Vec<String>,
-    /// How the frame is rendered: a built-in technique by name, or a file [default: fragment].
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(crate) technique: Option<String>,
-    /// How triangles lie in memory [default: padded].
-    #[arg(long, value_parser = PossibleValuesParser::new(gpumodel::PrimitiveLayout::ALL.map(gpumodel::PrimitiveLayout::name)))]
-    pub(crate) layout: Option<String>,
-    /// Triangles in the order of the leaves, or in file order behind an index list [default: leaf for a BVH, else indexed].
-    #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::PrimitiveOrder::ALL.map(gpumodel::PrimitiveOrder::name)))]
-    pub(crate) primitive_order: Option<String>,
-    /// What a node record holds [default: packed].
-    #[arg(long, value_name = "KIND", value_parser = PossibleValuesParser::new(gpumodel::NodeRecords::ALL.map(gpumodel::NodeRecords::name)))]
-    pub(crate) node_records: Option<String>,
-    /// In which order nodes lie in memory [default: depth-first].
-    #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
-    pub(crate) node_order: Option<String>,
-    /// Who walks a wide BVH on a GPU with a ray unit: shaders (none), the unit with rays scheduled by warps or each by itself, or as the GPU's
-    /// description has it [default: gpu].
-    #[arg(long, value_name = "UNIT", value_parser = PossibleValuesParser::new(["gpu", "none", "warp", "ray"]))]
-    pub(crate) ray_unit: Option<String>,
-    /// How time is found: warps in turns and what they ask of each resource, a sample of these, or event by event, slower [default: replay].
-    #[arg(long, value_name = "RUNG", value_parser = PossibleValuesParser::new(rungs()))]
-    pub(crate) fidelity: Option<String>,
-    /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) costs: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) reflections: ReflectionArgs,
-}
-
-/// Parts of a technique of reflections, instead of those in its file.
-#[derive(Args, Clone, Debug, Default, PartialEq)]
-pub(crate) struct ReflectionArgs {
-    /// How reflection rays are looked up on the screen before they are traced.
-    #[arg(long, value_name = "HOW", value_parser = PossibleValuesParser::new(gpumodel::ScreenSpace::ALL.map(gpumodel::ScreenSpace::name)))]
-    pub(crate) screen_space: Option<String>,
-    /// Which lanes trace the rays that are left: those of their pixels, or those of a dispatch over a buffer.
-    #[arg(long, value_name = "LANES", value_parser = PossibleValuesParser::new(gpumodel::Launch::ALL.map(gpumodel::Launch::name)))]
-    pub(crate) launch: Option<String>,
-    /// Into which bins workgroups sort the rays of the buffer: none, sign, octahedral-4x4, position-2, position-sign-1, or other numbers.
-    #[arg(long, value_name = "BINS")]
-    pub(crate) binning: Option<String>,
-    /// Where rays start that the screen had no hit for.
-    #[arg(long, value_name = "PLACE", value_parser = PossibleValuesParser::new(gpumodel::QueryOrigin::ALL.map(gpumodel::QueryOrigin::name)))]
-    pub(crate) query_origin: Option<String>,
-    /// Which shader shades what rays hit: the one that traces, or one per material over sorted hits.
-    #[arg(long, value_name = "SHADER", value_parser = PossibleValuesParser::new(gpumodel::HitShading::ALL.map(gpumodel::HitShading::name)))]
-    pub(crate) hit_shading: Option<String>,
-    /// How the lanes of a warp add to counters in memory.
-    #[arg(long, value_name = "STRATEGY", value_parser = PossibleValuesParser::new(gpumodel::ordering::AtomicStrategy::ALL.map(gpumodel::ordering::AtomicStrategy::name)))]
-    pub(crate) atomics: Option<String>,
-}
-
-impl ReflectionArgs {
-    /// Names and values of the options that were given.
-    pub(crate) fn given(&self) -> Vec<(&'static str, &str)> {
-        let Self { screen_space, launch, binning, query_origin, hit_shading, atomics } = self;
-        [
-            ("screen-space", screen_space),
-            ("launch", launch),
-            ("binning", binning),
-            ("query-origin", query_origin),
-            ("hit-shading", hit_shading),
-            ("atomics", atomics),
-        ]
-        .into_iter()
-        .filter_map(|(option, value)| Some((option, value.as_deref()?)))
-        .collect()
-    }
-}
-
-/// Names of all rungs of fidelity, the quickest first.
-fn rungs() -> Vec<&'static str> {
-    std::iter::once(SAMPLED).chain(gpumodel::Fidelity::ALL.map(gpumodel::Fidelity::name)).collect()
 }
 
 /// The rung that replays a sample.

@@ -16,47 +16,30 @@ pub struct BuiltinTechnique {
     pub toml: &'static str,
 }
 
+/// A technique of `configs/techniques`, called as its file is.
+macro_rules! builtin {
+    ($name:literal) => {
+        BuiltinTechnique {
+            name: $name,
+            toml: include_str!(concat!("../../../configs/techniques/", $name, ".toml")),
+        }
+    };
+}
+
 /// All techniques that come with the program.
 pub const TECHNIQUES: &[BuiltinTechnique] = &[
-    BuiltinTechnique { name: "fragment", toml: include_str!("../../../configs/techniques/fragment.toml") },
-    BuiltinTechnique { name: "compute", toml: include_str!("../../../configs/techniques/compute.toml") },
-    BuiltinTechnique { name: "hybrid", toml: include_str!("../../../configs/techniques/hybrid.toml") },
-    BuiltinTechnique {
-        name: "hybrid-resolved",
-        toml: include_str!("../../../configs/techniques/hybrid-resolved.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-direct",
-        toml: include_str!("../../../configs/techniques/reflections-direct.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-hybrid-direct",
-        toml: include_str!("../../../configs/techniques/reflections-hybrid-direct.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-hybrid",
-        toml: include_str!("../../../configs/techniques/reflections-hybrid.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-hybrid-sign",
-        toml: include_str!("../../../configs/techniques/reflections-hybrid-sign.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-hybrid-octahedral",
-        toml: include_str!("../../../configs/techniques/reflections-hybrid-octahedral.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-hybrid-position",
-        toml: include_str!("../../../configs/techniques/reflections-hybrid-position.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-hybrid-position-sign",
-        toml: include_str!("../../../configs/techniques/reflections-hybrid-position-sign.toml"),
-    },
-    BuiltinTechnique {
-        name: "reflections-visibility-buffer",
-        toml: include_str!("../../../configs/techniques/reflections-visibility-buffer.toml"),
-    },
+    builtin!("fragment"),
+    builtin!("compute"),
+    builtin!("hybrid"),
+    builtin!("hybrid-resolved"),
+    builtin!("reflections-direct"),
+    builtin!("reflections-hybrid-direct"),
+    builtin!("reflections-hybrid"),
+    builtin!("reflections-hybrid-sign"),
+    builtin!("reflections-hybrid-octahedral"),
+    builtin!("reflections-hybrid-position"),
+    builtin!("reflections-hybrid-position-sign"),
+    builtin!("reflections-visibility-buffer"),
 ];
 
 /// Bytes of a vertex's position, and of its normal.
