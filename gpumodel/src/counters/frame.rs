@@ -153,6 +153,8 @@ counters! {
         pub atomic_clocks: u64,
         /// Compute dispatches, those of no workgroup among them.
         pub dispatches: u64,
+        /// Shaders of a ray-tracing pipeline that warps called.
+        pub shader_calls: u64,
     }
 }
 
