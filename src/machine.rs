@@ -7,7 +7,8 @@ use anyhow::{anyhow, bail};
 use gpumodel::ordering::{AtomicStrategy, Binning};
 use gpumodel::{
     Fidelity, GPUS, Gpu, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder,
-    QueryOrigin, RayScheduling, ReplayConfig, ScreenSpace, SecondaryQuery, ShaderCosts, TECHNIQUES, Technique,
+    QueryOrigin, RayScheduling, ReplayConfig, ScreenSpace, SecondaryQuery, ShaderCosts, TECHNIQUES,
+    Technique,
 };
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
@@ -168,7 +169,9 @@ fn set_reflections(technique: &mut Technique, args: &ReflectionArgs) -> anyhow::
     set!(atomics, "atomics", AtomicStrategy);
     let number = |option: &str, value: &Option<String>| {
         let parse = |value: &String| {
-            value.parse::<u32>().map_err(|_| anyhow!("--{option} {value}: expected a whole number, such as 16"))
+            value
+                .parse::<u32>()
+                .map_err(|_| anyhow!("--{option} {value}: expected a whole number, such as 16"))
         };
         value.as_ref().map(parse).transpose()
     };

@@ -136,8 +136,7 @@ fn shaders(
         let cell = ((middle - bounds.min) / extent * CELLS).floor().min(scenes::Vec3::splat(CELLS - 1.0));
         // Three primes: neighbours differ, and which shaders meet says nothing of the scene.
         let [x, y, z] = cell.to_array().map(|cell| cell as u32);
-        (x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791))
-            % shaders
+        (x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791)) % shaders
     };
     let note = format!(
         "{}: for reflections its box was cut into {CELLS}x{CELLS}x{CELLS} cells, and the triangles of each were given one of \

@@ -57,10 +57,8 @@ pub(super) fn of_replay(metric: &str, answer: &Answer, config: &ReplayConfig) ->
             }
         }
         "uber_instructions" => {
-            let reflections = config.costs.reflections().ok_or("the cost table has no [reflections]");
-            reflections
-                .map(|costs| costs.uber_instructions(answer.shaders))
-                .map_err(str::to_owned)
+            let costs = config.costs.reflections().ok_or("the cost table has no [reflections]");
+            costs.map(|costs| costs.uber_instructions(counters.materials)).map_err(str::to_owned)
         }
         "secondary_ms" => time_of(answer, |pass| !OF_PRIMARY_HITS.map(Pass::name).contains(&pass)),
         _ => {

@@ -195,7 +195,9 @@ impl Reflections {
         let of_pipelines =
             self.payload_bytes.is_some() || self.secondary_query != SecondaryQuery::RayGeneration;
         if of_pipelines && !self.hit_shading.is_pipeline() {
-            return Err("has a payload or hit shaders, and no pipeline: hit_shading is none of pipeline and pipeline-library");
+            return Err(
+                "has a payload or hit shaders, and no pipeline: hit_shading is none of pipeline and pipeline-library",
+            );
         }
         if self.launch == Launch::Pixel && self.binning != Binning::None {
             return Err("bins rays that no buffer lists: launch = \"pixel\"");

@@ -455,6 +455,8 @@ pub struct FrameCounters {
     pub schedule: ScheduleCounters,
     /// Traversals ended by their loop bound.
     pub stalls: u64,
+    /// Shaders of the scene's materials, hit or not, in a frame of reflections; 0 in others.
+    pub materials: u32,
 }
 
 impl FrameCounters {

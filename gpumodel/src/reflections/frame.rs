@@ -115,6 +115,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         if sorts {
             header.ray_sets = self.shade_by_material(&listing, &hits, &lists, &mut running)?;
         }
+        running.counters.materials = shaders(self.frame);
         running.counters.stalls = tracing.rays.stalls();
         let (maps, heat) = running.maps.take().map(MapPainter::finish).unzip();
         let replayed = Replayed { maps: heat, ..self.finish(tracing, &lists, running) };

@@ -21,7 +21,7 @@ pub(crate) struct Pipeline {
     warp_width: u32,
 }
 
-/// How the shaders of a pipeline reach each other.
+/// How the shaders of a pipeline reach each other, as a GPU's driver does it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Binding {
     /// They are one shader.
@@ -46,10 +46,11 @@ impl Pipeline {
         }
         let shaders = OTHER_SHADERS + materials;
         // One trace call: every shader but ray generation is inlined once.
-        let links = gpu.ray_pipeline.is_some_and(|limits| {
-            shaders <= limits.linked_shaders && shaders - 1 <= limits.inlined_shaders
-        });
-        let binding = if links && technique.hit_shading.is_linkable() { Binding::Linked } else { Binding::Called };
+        let links = gpu
+            .ray_pipeline
+            .is_some_and(|limits| shaders <= limits.linked_shaders && shaders - 1 <= limits.inlined_shaders);
+        let binding =
+            if links && technique.hit_shading.is_linkable() { Binding::Linked } else { Binding::Called };
         let of_costs = match technique.secondary_query {
             SecondaryQuery::RayGeneration => costs.payload_bytes,
             SecondaryQuery::HitShader => costs.shaded_payload_bytes,
@@ -106,9 +107,9 @@ impl Pipeline {
     ) {
         let loads = self.costs.record_bytes.div_ceil(LOAD_BYTES as u32);
         // The miss shader's record is the first.
-        let records = hits.iter().map(|hit| {
-            pass.lists.group_record(hit.map_or(0, |shader| shader + 1), self.costs.record_bytes)
-        });
+        let records = hits
+            .iter()
+            .map(|hit| pass.lists.group_record(hit.map_or(0, |shader| shader + 1), self.costs.record_bytes));
         pass.records(emitter, false, u64::from(self.costs.record_bytes), &records);
         emitter.end_turn(pass.program, pass.pass, true);
         let read = pass.prices.with_loads(&[], loads);
