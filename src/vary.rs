@@ -317,7 +317,7 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     let accel = point.frame.accel.as_deref().unwrap_or("bvh");
     let traversal = point.frame.traversal.as_deref().unwrap_or("stack");
     let pairs = accel == "bvh" && traversal != "parent-link";
-    let has_short_stack = matches!(traversal, "restart-trail" | "push-down");
+    let has_short_stack = matches!(traversal, "restart-trail" | "push-down" | "short-stack");
     let may_be_wide = [Accel::WideBvh, Accel::TwoLevel].map(Accel::name).contains(&accel);
     let is_wide = accel == Accel::WideBvh.name() || (may_be_wide && point.frame.node_format.is_some());
     let of_machine = |value: &Option<String>, name: &str| value.as_deref() == Some(name);
@@ -336,7 +336,7 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     } else if unit.is_some() && !is_wide {
         Some("ray units walk wide BVHs alone")
     } else if point.frame.short_stack.is_some() && !has_short_stack {
-        Some("only restart-trail and push-down have a short stack")
+        Some("only restart-trail, push-down and short-stack have a short stack")
     } else if trail_bits.is_some() && traversal != "restart-trail" {
         Some("only restart-trail has a trail")
     } else if of_kd && accel != "kd" {

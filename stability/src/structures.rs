@@ -85,6 +85,8 @@ fn most_trips(traversal: Traversal, topology: &Topology, depth: u32) -> u64 {
         // The triangles are one mesh, placed once.
         Traversal::TwoLevelStack { .. } => nodes,
         Traversal::BvhParentLink | Traversal::KdBacktrack => 2 * nodes,
+        // Each node, and its parent again behind each child, leaves among them.
+        Traversal::WideShortStack { format, .. } => nodes * (1 + u64::from(format.width())),
         Traversal::BvhRestartTrail { .. } | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
             // A restart also follows decisions whose other child has been culled since.
             nodes * (u64::from(depth) + 1)
