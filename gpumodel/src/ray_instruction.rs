@@ -73,6 +73,9 @@ fn the_shader_pays_for_its_loop_and_the_unit_for_the_tests() {
         assert_eq!(pass.issue.unit_triangle_places, 64);
         assert_eq!((pass.issue.restarts, pass.issue.rays), (64, 64));
         assert_eq!(pass.traffic.stack, Default::default(), "it is in registers");
+        let estimate = estimate(&run(&source, &config), &source.header, &source.topology, &config);
+        let restarts = estimate.expect("solvable").frame.get("restarts").and_then(Value::number);
+        assert_eq!(restarts, Some(64.0));
         // A line for each node and triangle of each warp, as all its rays go together.
         let warps = 64 / u64::from(config.gpu.cores.warp_width);
         let lines_of_triangle = pass.issue.line_accesses / warps.max(1) - 4;
