@@ -384,7 +384,7 @@ fn wrong_figures_of_a_ray_unit_are_refused() {
         (
             "scheduling = { value = \"warp\"",
             "scheduling = { value = \"wave\"",
-            "expected `warp` or `ray`",
+            "expected one of `warp`, `ray`, `instruction`",
             "unknown variant",
         ),
         (

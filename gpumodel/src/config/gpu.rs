@@ -410,9 +410,9 @@ impl Gpu {
         }
     }
 
-    /// The ray unit that walks the structure of a trace: units walk wide BVHs, shaders everything else.
+    /// The ray unit that walks the structure of a trace, or tests its nodes: such units know wide BVHs, and shaders do everything else.
     pub fn ray_unit_for(&self, header: &TraceHeader) -> Option<&RayUnit> {
-        self.ray_unit.as_ref().filter(|_| header.node_format.is_some())
+        self.ray_unit.as_ref().filter(|unit| unit.takes(header))
     }
 
     /// The caches as the cache simulator takes them, in the order of [`Self::caches`].
