@@ -445,7 +445,7 @@ pub(crate) struct FrameArgs {
     /// Wide BVH, or BLASes of two levels: children per node, and how their boxes are held [default: compressed-8; BLASes: binary nodes].
     #[arg(long, value_name = "FORMAT", value_parser = PossibleValuesParser::new(tracer::wide::NodeFormat::ALL.map(tracer::wide::NodeFormat::name)))]
     pub(crate) node_format: Option<String>,
-    /// Entries of the short stack of restart-trail and push-down [default: 0].
+    /// Entries of the short stack of restart-trail and push-down [default: 0], and of short-stack [default: 8].
     #[arg(long, value_name = "N")]
     pub(crate) short_stack: Option<u32>,
     /// Width of the restart trail [default: 32 where the tree's depth allows, else 64].

@@ -114,7 +114,7 @@ fn set_ray_unit(gpu: &mut Gpu, choice: Option<&str>) -> anyhow::Result<()> {
         Some("none") => gpu.ray_unit = None,
         Some(name) => {
             let Some(scheduling) = RayScheduling::from_name(name) else {
-                bail!("--ray-unit {name}: no such choice; use one of: gpu, none, warp, ray");
+                bail!("--ray-unit {name}: no such choice; use one of: gpu, none, warp, ray, instruction");
             };
             let Some(unit) = &mut gpu.ray_unit else {
                 bail!(

@@ -107,7 +107,7 @@ impl FrameSettings {
             let named = NodeFormat::from_name(name)
                 .ok_or_else(|| anyhow!("--node-format {name}: no such one; use: {names}"))?;
             match &mut traversal {
-                Traversal::WideStack { format } => *format = named,
+                Traversal::WideStack { format } | Traversal::WideShortStack { format, .. } => *format = named,
                 Traversal::TwoLevelStack { format } => *format = Some(named),
                 _ => bail!(
                     "--node-format is an option of wide BVHs; add --accel wide-bvh or two-level, or leave it out"
@@ -193,11 +193,13 @@ fn set_short_stack(
             };
             return Ok(());
         }
-        Traversal::KdPushDown { short_stack } => *short_stack = entries.unwrap_or(*short_stack),
+        Traversal::KdPushDown { short_stack } | Traversal::WideShortStack { short_stack, .. } => {
+            *short_stack = entries.unwrap_or(*short_stack);
+        }
         _ if entries.is_some() => {
             bail!(
-                "--short-stack: {name} has none; use --traversal restart-trail or --accel kd --traversal push-down, or \
-                 leave it out"
+                "--short-stack: {name} has none; use --traversal restart-trail, --accel kd --traversal push-down or --accel wide-bvh \
+                 --traversal short-stack, or leave it out"
             );
         }
         _ => {}

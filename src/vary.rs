@@ -159,7 +159,10 @@ impl Axis {
             Self::PrimitiveOrder => owned(&PrimitiveOrder::ALL.map(PrimitiveOrder::name)),
             Self::NodeRecords => owned(&NodeRecords::ALL.map(NodeRecords::name)),
             Self::NodeOrder => owned(&NodeOrder::ALL.map(NodeOrder::name)),
-            Self::RayUnit => owned(&["none", "warp", "ray"]),
+            Self::RayUnit => std::iter::once("none")
+                .chain(RayScheduling::ALL.map(RayScheduling::name))
+                .map(str::to_owned)
+                .collect(),
             Self::ScreenSpace => owned(&ScreenSpace::ALL.map(ScreenSpace::name)),
             Self::Launch => owned(&Launch::ALL.map(Launch::name)),
             Self::Binning => owned(&BINNINGS),
@@ -332,11 +335,14 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     let accel = point.frame.accel.as_deref().unwrap_or("bvh");
     let traversal = point.frame.traversal.as_deref().unwrap_or("stack");
     let pairs = accel == "bvh" && traversal != "parent-link";
-    let has_short_stack = matches!(traversal, "restart-trail" | "push-down");
+    let has_short_stack = matches!(traversal, "restart-trail" | "push-down" | "short-stack");
     let may_be_wide = [Accel::WideBvh, Accel::TwoLevel].map(Accel::name).contains(&accel);
     let is_wide = accel == Accel::WideBvh.name() || (may_be_wide && point.frame.node_format.is_some());
     let of_machine = |value: &Option<String>, name: &str| value.as_deref() == Some(name);
     let unit = point.machine.ray_unit.as_deref().and_then(RayScheduling::from_name);
+    let is_adreno_8 =
+        point.frame.node_format.as_deref().is_none_or(|name| name == NodeFormat::Adreno8.name());
+    let has_instruction = traversal == "short-stack" && is_adreno_8;
     let FrameArgs { ct, ci, node_format, trail_bits, splits, flat_cells, empty_bonus, max_depth, .. } =
         &point.frame;
     let of_kd = splits.is_some() || flat_cells.is_some() || empty_bonus.is_some() || max_depth.is_some();
@@ -350,8 +356,10 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
         Some("it parts the children of a wide node, which follow each other")
     } else if unit.is_some() && !is_wide {
         Some("ray units walk wide BVHs alone")
+    } else if unit == Some(RayScheduling::Instruction) && !has_instruction {
+        Some("the instruction of a ray unit tests nodes of adreno-8 for --traversal short-stack")
     } else if point.frame.short_stack.is_some() && !has_short_stack {
-        Some("only restart-trail and push-down have a short stack")
+        Some("only restart-trail, push-down and short-stack have a short stack")
     } else if trail_bits.is_some() && traversal != "restart-trail" {
         Some("only restart-trail has a trail")
     } else if of_kd && accel != "kd" {
@@ -416,5 +424,8 @@ mod tests {
         assert!(told(&["traversal=bvh-parent-link", "node-records=child-boxes"]));
         assert!(!told(&["traversal=bvh-restart-trail", "node-records=child-boxes", "short-stack=4"]));
         assert!(told(&["traversal=kd-backtrack", "short-stack=4"]));
+        assert!(!told(&["traversal=wide-bvh-short-stack", "short-stack=4", "ray-unit=instruction"]));
+        assert!(told(&["traversal=wide-bvh-stack", "ray-unit=instruction"]));
+        assert!(told(&["traversal=wide-bvh-short-stack", "node-format=full-4", "ray-unit=instruction"]));
     }
 }

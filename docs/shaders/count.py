@@ -36,6 +36,8 @@ TRAVERSALS = {
     "wide-full-8": BVH | STACK | {"node": 16},
     "wide-compressed-8": BVH | STACK | {"node": 5},
     "wide-adreno-8": BVH | STACK | {"node": 4},
+    # Tagged apart, as what stands in for the instruction makes them.
+    "ray-intersection": {},
 }
 STEPS = ["setup", "start", "loop", "node", "leaf", "up", "restart", "push", "pop", "primitive"]
 # Passes of reflections. Their instructions are not tagged where only their registers are counted.

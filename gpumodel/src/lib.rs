@@ -22,6 +22,8 @@ mod prepared;
 pub mod queueing;
 mod random;
 #[cfg(test)]
+mod ray_instruction;
+#[cfg(test)]
 mod ray_units;
 pub mod reflections;
 mod replay;

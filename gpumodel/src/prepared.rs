@@ -1,6 +1,6 @@
 //! A configuration of a frame, ready to run: its program, and engines for its warps.
 
-use crate::config::Gpu;
+use crate::config::{Gpu, RayUnit};
 use crate::engine::Engine;
 use crate::error::Error;
 use crate::geometry;
@@ -48,7 +48,7 @@ impl<'a> Prepared<'a> {
         if by_ray_unit && config.fidelity == Fidelity::Timed {
             return Err(Error::Trace {
                 scene: header.scene.clone(),
-                problem: "a ray unit walks its structure, which is not simulated event by event".to_owned(),
+                problem: "a ray unit tests its nodes, which is not simulated event by event".to_owned(),
                 remedy: "use --fidelity replay, or --ray-unit none".to_owned(),
             });
         }
@@ -124,11 +124,11 @@ pub(crate) fn caches(gpu: &Gpu, by_ray_unit: bool) -> Result<(Hierarchy, KindPat
 
 /// Registers of four words per lane, those of a short stack among them.
 pub(crate) fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u32, Error> {
-    if config.gpu.ray_unit_for(header).is_some() {
+    if config.gpu.ray_unit_for(header).is_some_and(RayUnit::walks) {
         return Ok(config.costs.ray_query.registers);
     }
     let short_stack = (u64::from(header.short_stack) * 8).div_ceil(16);
     let of_levels = config.costs.two_level(header)?.registers;
-    let traversal = config.costs.traversal(header)?;
+    let traversal = config.costs.of_shader(header, &config.gpu)?;
     Ok(traversal.registers.saturating_add(of_levels).saturating_add(short_stack as u32))
 }

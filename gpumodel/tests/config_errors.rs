@@ -282,6 +282,14 @@ fn wrong_costs_are_refused() {
         ("march_step = { alu = 14", "march_step = { alu = 65537", "reflections.march_step"),
         ("march_step = {", "march_stride = {", "march_stride"),
         ("uber = { value = 9", "uber = { value = 0", "reflections.registers.uber"),
+        ("[[4, 297]", "[[8, 297]", "reflections.uber_sizes"),
+        ("record_bytes = { value = 32", "record_bytes = { value = 0", "reflections.pipeline.record_bytes"),
+        ("live_bytes = { value = 32", "live_bytes = { value = 1025", "reflections.pipeline.live_bytes"),
+        (
+            "saved_registers = { value = 4",
+            "saved_registers = { value = 0",
+            "reflections.pipeline.saved_registers",
+        ),
     ] {
         assert!(COSTS.contains(from), "the costs have '{from}'");
         let error =
@@ -384,7 +392,7 @@ fn wrong_figures_of_a_ray_unit_are_refused() {
         (
             "scheduling = { value = \"warp\"",
             "scheduling = { value = \"wave\"",
-            "expected `warp` or `ray`",
+            "expected one of `warp`, `ray`, `instruction`",
             "unknown variant",
         ),
         (

@@ -30,9 +30,9 @@ pub(crate) struct MachineArgs {
     /// In which order nodes lie in memory [default: depth-first].
     #[arg(long, value_name = "ORDER", value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
     pub(crate) node_order: Option<String>,
-    /// Who walks a wide BVH on a GPU with a ray unit: shaders (none), the unit with rays scheduled by warps or each by itself, or as the GPU's
-    /// description has it [default: gpu].
-    #[arg(long, value_name = "UNIT", value_parser = PossibleValuesParser::new(["gpu", "none", "warp", "ray"]))]
+    /// Who walks a wide BVH on a GPU with a ray unit: shaders (none), the unit with rays scheduled by warps or each by itself, shaders around an
+    /// instruction that tests a node (adreno-8, --traversal short-stack), or as the GPU's description has it [default: gpu].
+    #[arg(long, value_name = "UNIT", value_parser = PossibleValuesParser::new(["gpu", "none", "warp", "ray", "instruction"]))]
     pub(crate) ray_unit: Option<String>,
     /// How time is found: warps in turns and what they ask of each resource, a sample of these, or event by event, slower [default: replay].
     #[arg(long, value_name = "RUNG", value_parser = PossibleValuesParser::new(rungs()))]

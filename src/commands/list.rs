@@ -118,6 +118,7 @@ fn stack(traversal: Traversal) -> &'static str {
         Traversal::BvhRestartTrail { .. } => {
             "none, or a short one in registers (--short-stack); a trail of bits"
         }
+        Traversal::WideShortStack { .. } => "short, in registers (--short-stack)",
         Traversal::KdPushDown { .. } => "none, or a short one in registers (--short-stack)",
         _ => match traversal.stack_use() {
             tracer::StackUse::Memory => "full, in private memory",

@@ -2,6 +2,7 @@
 
 use scenes::Triangle;
 use std::sync::atomic::{AtomicU64, Ordering};
+use tracer::wide::NodeFormat;
 use tracer::{
     AccelerationStructure, BuildOptions, Hit, Observer, Op, PreparedTriangle, Query, Ray, Topology,
     Traversal, TriangleTest, WatertightTriangle,
@@ -85,11 +86,23 @@ fn most_trips(traversal: Traversal, topology: &Topology, depth: u32) -> u64 {
         // The triangles are one mesh, placed once.
         Traversal::TwoLevelStack { .. } => nodes,
         Traversal::BvhParentLink | Traversal::KdBacktrack => 2 * nodes,
+        // Each node, and its parent again behind each child, leaves among them.
+        Traversal::WideShortStack { format, .. } => nodes * (1 + u64::from(format.width())),
         Traversal::BvhRestartTrail { .. } | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
             // A restart also follows decisions whose other child has been culled since.
             nodes * (u64::from(depth) + 1)
         }
     }
+}
+
+/// Every traversal, over nodes that can hold any coordinate: those of adreno-8 cannot hold the largest.
+pub(crate) fn traversals() -> [Traversal; Traversal::ALL.len()] {
+    Traversal::ALL.map(|traversal| match traversal {
+        Traversal::WideShortStack { short_stack, .. } => {
+            Traversal::WideShortStack { format: NodeFormat::Compressed8, short_stack }
+        }
+        other => other,
+    })
 }
 
 /// Every traversal over a scene.
@@ -98,7 +111,7 @@ fn most_trips(traversal: Traversal, topology: &Topology, depth: u32) -> u64 {
 /// When a builder refuses the scene: these have finite corners.
 pub(crate) fn all(triangles: &[Triangle], options: &BuildOptions) -> Vec<Structure> {
     let build = |traversal| Structure::build(triangles, traversal, options);
-    Traversal::ALL.map(build).into_iter().map(|built| built.expect("the scene is finite")).collect()
+    traversals().map(build).into_iter().map(|built| built.expect("the scene is finite")).collect()
 }
 
 /// The options of a test, all else as usual.

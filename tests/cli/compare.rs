@@ -168,7 +168,7 @@ fn combinations_without_meaning_are_left_out_and_named() {
         raybudget(args.iter().chain(&TINY)).json_with_warning()
     };
     let (comparison, warnings) = json("traversal,ct-ci");
-    assert_eq!(variants(&comparison).len(), 9 * 4);
+    assert_eq!(variants(&comparison).len(), 10 * 4);
     assert_eq!(warnings.lines().count(), 4, "{warnings}");
     assert!(warnings.contains("left out grid-dda 3:1.5: a grid is not built by costs"), "{warnings}");
 
@@ -178,22 +178,46 @@ fn combinations_without_meaning_are_left_out_and_named() {
 
     let (comparison, warnings) = json("traversal=bvh-stack+kd-push-down,short-stack=0+4");
     assert_eq!(variants(&comparison).len(), 2);
-    assert!(warnings.contains("left out bvh-stack 4: only restart-trail and push-down"), "{warnings}");
+    assert!(
+        warnings.contains("left out bvh-stack 4: only restart-trail, push-down and short-stack"),
+        "{warnings}"
+    );
+}
+
+#[test]
+fn every_ray_unit_is_compared_where_it_has_a_part() {
+    let args = ["compare", "cornell", "--gpu", "adreno-830", "--accel", "wide-bvh", "--vary", "ray-unit"];
+    let all = [&args[..], &["--traversal", "short-stack", "--format", "json"]].concat();
+    let comparison = raybudget(all.iter().chain(&TINY)).json();
+    let boxes = |variant: &Value| variant["report"]["counters"]["ray_unit_box_nodes"]["value"].as_f64();
+    let values: Vec<&Value> = variants(&comparison).iter().map(|variant| &variant["values"][0]).collect();
+    assert_eq!(values, ["none", "warp", "ray", "instruction"]);
+    let boxes: Vec<Option<f64>> = variants(&comparison).iter().map(boxes).collect();
+    assert!(boxes[0].is_none() && boxes[3] >= boxes[1], "{boxes:?}");
+    assert_eq!(boxes[2], boxes[3], "each ray by itself, whoever walks");
+
+    let all = [&args[..], &["--traversal", "stack", "--format", "json"]].concat();
+    let (comparison, warnings) = raybudget(all.iter().chain(&TINY)).json_with_warning();
+    assert_eq!(variants(&comparison).len(), 3);
+    assert!(
+        warnings.contains("left out instruction: the instruction of a ray unit tests nodes"),
+        "{warnings}"
+    );
 }
 
 #[test]
 fn traversals_that_an_option_of_the_frame_does_not_fit_are_left_out() {
     for (option, value, left, reason) in [
-        ("--ct", "2", 9, "a grid is not built by costs"),
-        ("--ci", "2", 9, "a grid is not built by costs"),
-        ("--short-stack", "4", 2, "have a short stack"),
+        ("--ct", "2", 10, "a grid is not built by costs"),
+        ("--ci", "2", 10, "a grid is not built by costs"),
+        ("--short-stack", "4", 3, "have a short stack"),
         ("--trail-bits", "32", 1, "only restart-trail has a trail"),
         ("--splits", "perfect", 4, "only kd-trees"),
         ("--empty-bonus", "0.8", 4, "only kd-trees"),
         ("--max-depth", "9", 4, "only kd-trees"),
         ("--flat-cells", "allowed", 3, "backtracking cannot leave"),
         ("--node-records", "child-boxes", 2, "boxes of both children"),
-        ("--node-format", "full-4", 2, "only nodes of wide BVHs"),
+        ("--node-format", "full-4", 3, "only nodes of wide BVHs"),
         ("--node-order", "van-emde-boas", 9, "parts the children"),
     ] {
         let args = ["compare", "cornell", "--vary", "traversal", option, value, "--format", "json"];
@@ -228,7 +252,10 @@ fn what_cannot_vary_is_refused_before_the_scene_is_loaded() {
         (&["layout,layout"], "given twice"),
         (&["layout", "layout=split"], "given twice"),
         (&["ct-ci=fine,traversal,layout,technique"], "more than 1000 combinations"),
-        (&["short-stack"], "no combination is left to compare, for only restart-trail and push-down"),
+        (
+            &["short-stack"],
+            "no combination is left to compare, for only restart-trail, push-down and short-stack",
+        ),
     ] {
         let given = vary.iter().flat_map(|vary| ["--vary", vary]);
         let message =

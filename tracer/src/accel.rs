@@ -12,6 +12,7 @@ use crate::tree::Tree;
 use crate::triangle::{PreparedTriangle, TriangleTest, WatertightTriangle};
 use crate::two_level::TwoLevelStatistics;
 use crate::wide::NodeFormat;
+use crate::wide::short_stack::DRIVER_ENTRIES;
 use scenes::{Instance, Triangle};
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +64,13 @@ pub enum Traversal {
         /// What its nodes hold.
         format: NodeFormat,
     },
+    /// Wide BVH, short stack of nodes with their children still to visit; climbs by parent links where entries are lost.
+    WideShortStack {
+        /// What its nodes hold.
+        format: NodeFormat,
+        /// Entries of the short stack.
+        short_stack: u32,
+    },
     /// kd-tree, full stack.
     KdStack,
     /// kd-tree, restart at the root after each leaf.
@@ -96,11 +104,12 @@ pub enum StackUse {
 
 impl Traversal {
     /// One of each, in its plainest form.
-    pub const ALL: [Traversal; 10] = [
+    pub const ALL: [Traversal; 11] = [
         Traversal::BvhStack,
         Traversal::BvhParentLink,
         Traversal::BvhRestartTrail { bits: None, short_stack: 0 },
         Traversal::WideStack { format: NodeFormat::Compressed8 },
+        Traversal::WideShortStack { format: NodeFormat::Adreno8, short_stack: DRIVER_ENTRIES },
         Traversal::KdStack,
         Traversal::KdRestart,
         Traversal::KdPushDown { short_stack: 0 },
@@ -113,7 +122,7 @@ impl Traversal {
     pub fn accel(self) -> Accel {
         match self {
             Traversal::BvhStack | Traversal::BvhParentLink | Traversal::BvhRestartTrail { .. } => Accel::Bvh,
-            Traversal::WideStack { .. } => Accel::WideBvh,
+            Traversal::WideStack { .. } | Traversal::WideShortStack { .. } => Accel::WideBvh,
             Traversal::KdStack
             | Traversal::KdRestart
             | Traversal::KdPushDown { .. }
@@ -130,6 +139,7 @@ impl Traversal {
             | Traversal::WideStack { .. }
             | Traversal::KdStack
             | Traversal::TwoLevelStack { .. } => "stack",
+            Traversal::WideShortStack { .. } => "short-stack",
             Traversal::BvhParentLink => "parent-link",
             Traversal::BvhRestartTrail { .. } => "restart-trail",
             Traversal::KdRestart => "restart",
@@ -169,6 +179,7 @@ impl Traversal {
     pub fn loop_structure(self) -> LoopStructure {
         match self {
             Traversal::BvhParentLink => LoopStructure::SingleLoop,
+            Traversal::WideShortStack { .. } => LoopStructure::IfIf,
             _ => LoopStructure::WhileWhile,
         }
     }
@@ -176,7 +187,7 @@ impl Traversal {
     /// What the nodes of its wide BVH, or of wide BLASes, hold; `None` for any other structure.
     pub fn node_format(self) -> Option<NodeFormat> {
         match self {
-            Traversal::WideStack { format } => Some(format),
+            Traversal::WideStack { format } | Traversal::WideShortStack { format, .. } => Some(format),
             Traversal::TwoLevelStack { format } => format,
             _ => None,
         }
@@ -185,9 +196,9 @@ impl Traversal {
     /// Entries of its short stack; 0 without one.
     pub fn short_stack(self) -> u32 {
         match self {
-            Traversal::BvhRestartTrail { short_stack, .. } | Traversal::KdPushDown { short_stack } => {
-                short_stack
-            }
+            Traversal::BvhRestartTrail { short_stack, .. }
+            | Traversal::WideShortStack { short_stack, .. }
+            | Traversal::KdPushDown { short_stack } => short_stack,
             _ => 0,
         }
     }

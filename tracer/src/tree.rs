@@ -65,10 +65,10 @@ impl<P: RayTriangle> Tree<P> {
         let bvh = || Bvh::build_for(triangles, &options);
         Ok(match traversal {
             Traversal::BvhStack | Traversal::BvhRestartTrail { .. } => Self::Bvh(bvh()),
-            Traversal::WideStack { format: format @ NodeFormat::Full4 } => {
-                Self::Wide4(WideBvh::build_for(triangles, sah_costs, format)?)
-            }
-            Traversal::WideStack { format } => Self::Wide8(WideBvh::build_for(triangles, sah_costs, format)?),
+            Traversal::WideStack { format } | Traversal::WideShortStack { format, .. } => match format {
+                NodeFormat::Full4 => Self::Wide4(WideBvh::build_for(triangles, sah_costs, format)?),
+                _ => Self::Wide8(WideBvh::build_for(triangles, sah_costs, format)?),
+            },
             Traversal::BvhParentLink => {
                 let bvh = bvh();
                 let links = bvh::parent_link::ParentLinks::new(&bvh);
@@ -125,6 +125,12 @@ impl<P: RayTriangle> Tree<P> {
                 bvh::restart_trail::trace(bvh, bits, short_stack, ray, query, observer)
             }
             (Self::Bvh(bvh), _) => bvh::stack::trace(bvh, ray, query, observer),
+            (Self::Wide4(bvh), Traversal::WideShortStack { short_stack, .. }) => {
+                wide::short_stack::trace(bvh, short_stack, ray, query, observer)
+            }
+            (Self::Wide8(bvh), Traversal::WideShortStack { short_stack, .. }) => {
+                wide::short_stack::trace(bvh, short_stack, ray, query, observer)
+            }
             (Self::Wide4(bvh), _) => wide::stack::trace(bvh, ray, query, observer),
             (Self::Wide8(bvh), _) => wide::stack::trace(bvh, ray, query, observer),
             (Self::LinkedBvh(bvh, links), _) => bvh::parent_link::trace(bvh, links, ray, query, observer),

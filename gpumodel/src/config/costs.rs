@@ -1,5 +1,6 @@
 //! What the shader's steps cost in operations, and the registers it holds.
 
+use super::gpu::Gpu;
 use super::reflections::{ReflectionCosts, ReflectionsFile, reflection_estimates, reflections};
 use super::sourced::{File, Tag};
 use crate::error::Error;
@@ -38,6 +39,9 @@ pub struct ShaderCosts {
     two_level_estimates: Vec<String>,
     /// A ray query that a ray unit answers.
     pub ray_query: RayQueryCosts,
+    /// Missing in tables that were written before there was such an instruction.
+    ray_intersection: Option<TraversalCosts>,
+    ray_intersection_estimates: Vec<String>,
     bvh_stack: TraversalCosts,
     bvh_parent_link: TraversalCosts,
     bvh_restart_trail: TraversalCosts,
@@ -146,6 +150,7 @@ struct CostsFile {
     reflections: Option<ReflectionsFile>,
     two_level: Option<TwoLevelFile>,
     ray_query: RayQueryFile,
+    ray_intersection: Option<RayIntersectionFile>,
     bvh_stack: TraversalFile,
     bvh_parent_link: TraversalFile,
     bvh_restart_trail: TraversalFile,
@@ -225,6 +230,18 @@ struct RayQueryFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+struct RayIntersectionFile {
+    registers: TaggedRegistersFile,
+    start: TaggedCostFile,
+    node: TaggedCostFile,
+    restart: TaggedCostFile,
+    push: TaggedCostFile,
+    pop: TaggedCostFile,
+    primitive: TaggedCostFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct TraversalFile {
     registers: RegistersFile,
     start: CostFile,
@@ -289,7 +306,15 @@ impl ShaderCosts {
                 instance: instance.read(&file, "two-level.instance")?,
             });
         }
+        let mut ray_intersection_estimates = Vec::new();
+        let ray_intersection = raw
+            .ray_intersection
+            .as_ref()
+            .map(|raw| read_ray_intersection(&file, raw, &mut ray_intersection_estimates))
+            .transpose()?;
         Ok(Self {
+            ray_intersection,
+            ray_intersection_estimates,
             two_level,
             two_level_estimates,
             secondary,
@@ -402,32 +427,63 @@ impl ShaderCosts {
         &self.reflection_estimates
     }
 
-    /// Costs of the traversal that a trace was made with.
+    /// Costs of what a shader does of a trace's traversal on a GPU: all of it, or what is left of it where a ray unit tests nodes at its instruction.
+    ///
+    /// # Errors
+    /// As [`Self::traversal`].
+    pub(crate) fn of_shader(&self, header: &TraceHeader, gpu: &Gpu) -> Result<TraversalCosts, Error> {
+        match gpu.ray_unit_for(header) {
+            Some(unit) if !unit.walks() => self.around_instruction(header),
+            _ => self.traversal(header),
+        }
+    }
+
+    /// Keys of the costs around a ray unit's instruction that are estimates.
+    pub(crate) fn ray_intersection_estimates(&self) -> &[String] {
+        &self.ray_intersection_estimates
+    }
+
+    fn around_instruction(&self, header: &TraceHeader) -> Result<TraversalCosts, Error> {
+        self.ray_intersection.ok_or_else(|| Error::Trace {
+            scene: header.scene.clone(),
+            problem: "its traversal short-stack is one that the table of shader costs does not know"
+                .to_owned(),
+            remedy: "add a table [ray-intersection] to it, as configs/costs.toml has".to_owned(),
+        })
+    }
+
+    /// Costs of the traversal that a trace was made with, where a shader does all of it. That of a wide BVH with a short stack takes its nodes and triangles as
+    /// the one with a full stack, and keeps its stack as around the instruction of a ray unit.
     ///
     /// # Errors
     /// When the trace names a traversal that has no costs.
-    pub fn traversal(&self, header: &TraceHeader) -> Result<&TraversalCosts, Error> {
+    pub fn traversal(&self, header: &TraceHeader) -> Result<TraversalCosts, Error> {
+        let wide = match header.node_format {
+            Some(NodeFormat::Full4) => self.wide_full_4,
+            Some(NodeFormat::Full8) => self.wide_full_8,
+            Some(NodeFormat::Adreno8) => self.wide_adreno_8,
+            // Without a format there is no layout either, which is refused.
+            Some(NodeFormat::Compressed8) | None => self.wide_compressed_8,
+        };
         match (header.accel, header.traversal.as_str()) {
-            (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(&self.bvh_stack),
-            (Accel::WideBvh | Accel::TwoLevel, "stack") => Ok(match header.node_format {
-                Some(NodeFormat::Full4) => &self.wide_full_4,
-                Some(NodeFormat::Full8) => &self.wide_full_8,
-                Some(NodeFormat::Adreno8) => &self.wide_adreno_8,
-                // Without a format there is no layout either, which is refused.
-                Some(NodeFormat::Compressed8) | None => &self.wide_compressed_8,
-            }),
-            (Accel::Bvh, "stack") => Ok(&self.bvh_stack),
-            (Accel::Bvh, "parent-link") => Ok(&self.bvh_parent_link),
-            (Accel::Bvh, "restart-trail") => Ok(&self.bvh_restart_trail),
-            (Accel::Kd, "stack") => Ok(&self.kd_stack),
-            (Accel::Kd, "restart") => Ok(&self.kd_restart),
-            (Accel::Kd, "push-down") => Ok(&self.kd_push_down),
-            (Accel::Kd, "backtrack") => Ok(&self.kd_backtrack),
-            (Accel::Grid, "dda") => Ok(&self.grid_dda),
+            (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(self.bvh_stack),
+            (Accel::WideBvh | Accel::TwoLevel, "stack") => Ok(wide),
+            (Accel::WideBvh, "short-stack") => {
+                let TraversalCosts { restart, push, pop, .. } = self.around_instruction(header)?;
+                Ok(TraversalCosts { restart, push, pop, ..wide })
+            }
+            (Accel::Bvh, "stack") => Ok(self.bvh_stack),
+            (Accel::Bvh, "parent-link") => Ok(self.bvh_parent_link),
+            (Accel::Bvh, "restart-trail") => Ok(self.bvh_restart_trail),
+            (Accel::Kd, "stack") => Ok(self.kd_stack),
+            (Accel::Kd, "restart") => Ok(self.kd_restart),
+            (Accel::Kd, "push-down") => Ok(self.kd_push_down),
+            (Accel::Kd, "backtrack") => Ok(self.kd_backtrack),
+            (Accel::Grid, "dda") => Ok(self.grid_dda),
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no operation counts", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
                     .to_owned(),
             }),
         }
@@ -480,6 +536,36 @@ fn read_registers(
         return Err(file.refuse(&key, &value.span(), problem, "correct the value"));
     }
     Ok(registers)
+}
+
+fn read_ray_intersection(
+    file: &File<'_>,
+    raw: &RayIntersectionFile,
+    estimates: &mut Vec<String>,
+) -> Result<TraversalCosts, Error> {
+    let RayIntersectionFile { registers, start, node, restart, push, pop, primitive } = raw;
+    let mut read = |field: &str, tag: Tag| {
+        let key = format!("ray-intersection.{field}");
+        if tag == Tag::Estimate {
+            estimates.push(key.clone());
+        }
+        key
+    };
+    let registers = {
+        read("registers", registers.tag);
+        read_registers(file, "ray-intersection", &registers.value, &registers.source)?
+    };
+    let mut cost = |field: &str, cost: &TaggedCostFile| cost.read(file, &read(field, cost.tag));
+    Ok(TraversalCosts {
+        registers,
+        start: cost("start", start)?,
+        node: cost("node", node)?,
+        up: Cost::default(),
+        restart: cost("restart", restart)?,
+        push: cost("push", push)?,
+        pop: cost("pop", pop)?,
+        primitive: cost("primitive", primitive)?,
+    })
 }
 
 fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {

@@ -416,9 +416,9 @@ impl Gpu {
         }
     }
 
-    /// The ray unit that walks the structure of a trace: units walk wide BVHs, shaders everything else.
+    /// The ray unit that walks the structure of a trace, or tests its nodes: such units know wide BVHs, and shaders do everything else.
     pub fn ray_unit_for(&self, header: &TraceHeader) -> Option<&RayUnit> {
-        self.ray_unit.as_ref().filter(|_| header.node_format.is_some())
+        self.ray_unit.as_ref().filter(|unit| unit.takes(header))
     }
 
     /// Whether its driver has shaders walk the rays of this technique, although it has a ray unit.

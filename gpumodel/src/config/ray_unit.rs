@@ -1,4 +1,4 @@
-//! The unit of a core that walks acceleration structures.
+//! The unit of a core that walks acceleration structures, or tests their nodes for shaders that walk.
 
 use super::gpu::CacheLevel;
 use super::gpu_checks::{IN_FLIGHT, RATE, WIDEST_WARP, path};
@@ -6,11 +6,13 @@ use super::gpu_file::RayUnitFile;
 use super::sourced::File;
 use crate::error::Error;
 use serde::Deserialize;
+use tracer::TraceHeader;
+use tracer::wide::NodeFormat;
 
-/// A ray unit: it walks a wide BVH from a ray query to its answer, tests boxes and triangles, and keeps the stack.
+/// A ray unit: it tests boxes and triangles of a wide BVH, and walks it from a ray query to its answer, or leaves that to the shader.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayUnit {
-    /// Which rays it tests together.
+    /// Which rays it tests together, and who walks.
     pub scheduling: RayScheduling,
     /// Ray-box tests per clock.
     pub boxes_per_clock: f64,
@@ -24,7 +26,7 @@ pub struct RayUnit {
     pub path: Vec<usize>,
 }
 
-/// Which rays a ray unit tests together.
+/// Which rays a ray unit tests together, and who walks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RayScheduling {
@@ -32,17 +34,21 @@ pub enum RayScheduling {
     Warp,
     /// Each ray by itself (Arm's second unit: Mali G1-Ultra).
     Ray,
+    /// Each ray by itself, at a node that the shader names in an instruction: loop and stack are the shader's (Adreno 7xx and 8xx, Mesa's
+    /// `ray_intersection`).
+    Instruction,
 }
 
 impl RayScheduling {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Warp, Self::Ray];
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Warp, Self::Ray, Self::Instruction];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Warp => "warp",
             Self::Ray => "ray",
+            Self::Instruction => "instruction",
         }
     }
 
@@ -53,11 +59,27 @@ impl RayScheduling {
 }
 
 impl RayUnit {
+    /// Whether it has a part in a trace: a unit that walks does so through any wide BVH; one that is an instruction knows one format of nodes, and gives the
+    /// order of children and no distances, so that only a traversal that needs none can use it.
+    pub(super) fn takes(&self, header: &TraceHeader) -> bool {
+        match self.scheduling {
+            RayScheduling::Warp | RayScheduling::Ray => header.node_format.is_some(),
+            RayScheduling::Instruction => {
+                header.node_format == Some(NodeFormat::Adreno8) && header.traversal == "short-stack"
+            }
+        }
+    }
+
+    /// Whether it walks, and keeps the stack.
+    pub fn walks(&self) -> bool {
+        self.scheduling != RayScheduling::Instruction
+    }
+
     /// Rays that a test of a box or a triangle has places for.
     pub fn places(&self) -> u32 {
         match self.scheduling {
             RayScheduling::Warp => self.rays_together,
-            RayScheduling::Ray => 1,
+            RayScheduling::Ray | RayScheduling::Instruction => 1,
         }
     }
 }

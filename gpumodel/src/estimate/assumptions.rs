@@ -67,20 +67,36 @@ pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &Re
             RayScheduling::Warp => {
                 format!("the rays of a warp that are at one node together, {} at a time", unit.rays_together)
             }
-            RayScheduling::Ray => "each ray by itself".to_owned(),
+            RayScheduling::Ray | RayScheduling::Instruction => "each ray by itself".to_owned(),
         };
         let estimated = gpu.estimates().iter().any(|key| key.starts_with("ray_unit."));
+        let part = if unit.walks() {
+            "walks the structure and keeps the stacks; it tests"
+        } else {
+            "reads and tests a node or a triangle at an instruction of the shader, which walks and keeps the stack;"
+        };
         sentences.push(format!(
-            "A ray unit of each core walks the structure and keeps the stacks; it tests {together}, {} boxes or {} triangles per clock{}.",
+            "A ray unit of each core {part} {together}, {} boxes or {} triangles per clock{}.",
             unit.boxes_per_clock,
             unit.triangles_per_clock,
             if estimated { ", of which some figures are estimates" } else { "" }
         ));
-        sentences.push(
+        sentences.push(if unit.walks() {
             "A ray in the unit takes one step, then at most one triangle, before the next step of any ray of its warp; what it reads holds the \
              load/store port for a cycle per line."
-                .to_owned(),
-        );
+                .to_owned()
+        } else {
+            "Lanes at nodes and lanes at triangles issue the instruction one after the other; what it reads holds the load/store port for a cycle per \
+             line. A parent link that is read where the stack has lost entries is no access."
+                .to_owned()
+        });
+        let estimates = config.costs.ray_intersection_estimates();
+        if !unit.walks() && !estimates.is_empty() {
+            sentences.push(format!(
+                "Estimated figures of the cost table, for the shader around the instruction: {}.",
+                estimates.join(", ")
+            ));
+        }
     } else if header.stack_entries > 0 {
         sentences.push(format!(
             "The stack of {} entries of 8 bytes is in private memory, interleaved by lane, and passes the caches.",

@@ -196,7 +196,9 @@ impl PassValues<'_> {
     fn restarts(&self) -> Value {
         let header = self.frame.header;
         match header.traversal.as_str() {
-            "restart" | "push-down" | "restart-trail" => self.of_rays(Value::Count(self.pass.issue.restarts)),
+            "restart" | "push-down" | "restart-trail" | "short-stack" => {
+                self.of_rays(Value::Count(self.pass.issue.restarts))
+            }
             other => Value::Absent { reason: format!("{} {other} never restarts", header.accel.name()) },
         }
     }

@@ -16,7 +16,7 @@ use super::order::NodeOrder;
 use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
 use super::tree::{TreeBuffers, TreePlaces};
-use crate::config::{Technique, VECTOR_BYTES};
+use crate::config::{RayUnit, Technique, VECTOR_BYTES};
 use crate::error::Error;
 use crate::replay::ReplayConfig;
 use cachesim::LineSize;
@@ -259,7 +259,8 @@ impl Buffers {
         let index_base = (!leaf_order).then(|| place(index_bytes));
         let by_ray_unit = config.gpu.ray_unit_for(header).is_some();
         let reads = if by_ray_unit { Reads::of_lines } else { Reads::new };
-        let stack_entries = if by_ray_unit { 0 } else { header.stack_entries };
+        let unit_walks = config.gpu.ray_unit_for(header).is_some_and(RayUnit::walks);
+        let stack_entries = if unit_walks { 0 } else { header.stack_entries };
         let stack_bytes =
             u64::from(stack_entries) * u64::from(STACK_ENTRY_BYTES) * u64::from(config.gpu.cores.warp_width);
         let stack_stride = stack_bytes.next_multiple_of(private_line.bytes());

@@ -186,7 +186,7 @@ impl NodeLayout {
             (Accel::Bvh, "stack" | "restart-trail") => Ok(Self::BVH),
             (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(Self::BVH),
             (Accel::Bvh, "parent-link") => Ok(Self::BVH_PARENT_LINK),
-            (Accel::WideBvh | Accel::TwoLevel, "stack") => match header.node_format {
+            (Accel::WideBvh | Accel::TwoLevel, "stack") | (Accel::WideBvh, "short-stack") => match header.node_format {
                 Some(NodeFormat::Full4) => Ok(Self::WIDE_FULL_4),
                 Some(NodeFormat::Full8) => Ok(Self::WIDE_FULL_8),
                 Some(NodeFormat::Compressed8) => Ok(Self::WIDE_COMPRESSED_8),
@@ -203,7 +203,7 @@ impl NodeLayout {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no node layout", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
                     .to_owned(),
             }),
         }

@@ -12,6 +12,8 @@ mod lists;
 mod maps;
 mod march;
 pub(crate) mod pipeline;
+#[cfg(test)]
+mod pipeline_tests;
 mod prices;
 mod rays;
 mod sort;

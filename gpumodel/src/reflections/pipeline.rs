@@ -119,16 +119,13 @@ impl Pipeline {
             return;
         }
         let [live, payload, saved, end] = self.frame();
-        let mut distinct = hits.to_vec();
-        distinct.sort_unstable();
-        distinct.dedup();
-        let closest_hits = distinct.iter().flatten().count() as u64;
+        let calls = calls(lanes, hits);
+        let closest_hits = calls.iter().filter(|call| call.shader.is_some()).count() as u64;
         // Each fetches the attributes of its hits itself, of which one is in what a warp issues for its hits.
         let fetch = pass.program.hit_shade();
         pass.program.spend(fetch, closest_hits.saturating_sub(1), 0, emitter.issue(pass.pass));
-        for shader in distinct {
-            let (own, of_own): (Vec<u32>, Vec<Option<u32>>) =
-                lanes.iter().zip(hits).filter(|&(_, hit)| *hit == shader).unzip();
+        for Call { shader, lanes: own } in calls {
+            let of_own = vec![shader; own.len()];
             let call = pass.prices.with_loads(&[self.costs.call], 0);
             let issue = emitter.issue(pass.pass);
             issue.shader_calls += 1;
@@ -161,4 +158,24 @@ impl Pipeline {
             emitter.access(pass.program, pass.pass, access, lanes.iter().map(place));
         }
     }
+}
+
+/// A shader that a warp calls.
+pub(super) struct Call {
+    /// `None` for the miss shader.
+    pub(super) shader: Option<u32>,
+    /// Whose rays hit it, or miss.
+    pub(super) lanes: Vec<u32>,
+}
+
+/// Each distinct shader once, for its own of the lanes that hit or miss.
+pub(super) fn calls(lanes: &[u32], hits: &[Option<u32>]) -> Vec<Call> {
+    let mut distinct = hits.to_vec();
+    distinct.sort_unstable();
+    distinct.dedup();
+    let call = |shader: Option<u32>| {
+        let own = lanes.iter().zip(hits).filter(|&(_, hit)| *hit == shader);
+        Call { shader, lanes: own.map(|(&lane, _)| lane).collect() }
+    };
+    distinct.into_iter().map(call).collect()
 }

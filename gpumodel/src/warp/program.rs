@@ -7,7 +7,7 @@
 use super::levels::Levels;
 use super::ray_unit::UnitTally;
 use super::steps::{SetSteps, Tally, TileTally, WarpStep};
-use crate::config::{Cost, SecondaryCosts};
+use crate::config::{Cost, RayUnit, SecondaryCosts};
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
 use crate::layout::{BufferKind, Buffers, NodeRecords, PrimitiveLayout, Reads};
@@ -25,7 +25,7 @@ pub(crate) struct Program {
     pub(super) levels: Levels,
     /// Streams say what each turn costs.
     pub(crate) keeps_turns: bool,
-    /// A ray unit answers ray queries: shaders take no step of a traversal.
+    /// A ray unit reads nodes and triangles and tests them.
     pub(super) by_ray_unit: bool,
     step_costs: [Cost; Op::ALL.len()],
     /// Address arithmetic of one node record.
@@ -92,12 +92,16 @@ impl Program {
         buffers: Buffers,
         config: &ReplayConfig,
     ) -> Result<Self, Error> {
-        let by_ray_unit = config.gpu.ray_unit_for(header).is_some();
-        let traversal = config.costs.traversal(header)?;
+        let unit = config.gpu.ray_unit_for(header);
+        let by_ray_unit = unit.is_some();
+        let unit_walks = unit.is_some_and(RayUnit::walks);
+        let traversal = config.costs.of_shader(header, &config.gpu)?;
         let shared = &config.costs.shared;
         let technique = &config.technique;
         let with_loads = |cost: Cost, loads: u32| sum(&[cost, shared.address.times(loads)]);
         let stack_access = u32::from(buffers.tree.stack_entries > 0);
+        let unless_by_unit = |cost: Cost| if by_ray_unit { Cost::default() } else { cost };
+        let unless_unit_walks = |cost: Cost| if unit_walks { Cost::default() } else { cost };
         let index_load = u32::from(buffers.has_index_list());
         let two_level = config.costs.two_level(header)?;
         let mut step_costs = [Cost::default(); Op::ALL.len()];
@@ -110,13 +114,15 @@ impl Program {
             (Op::Instance, two_level.instance, buffers.tree.instance_reads.loads),
             (Op::Primitive, traversal.primitive, buffers.intersection_reads.loads + index_load),
         ] {
-            step_costs[op as usize] = if by_ray_unit { Cost::default() } else { with_loads(cost, loads) };
+            // What a unit reads has an address of its own making.
+            let loads = if by_ray_unit && op == Op::Primitive { 0 } else { loads };
+            step_costs[op as usize] = unless_unit_walks(with_loads(cost, loads));
         }
-        let query = match by_ray_unit {
-            true => config.costs.ray_query.start,
-            false => sum(&[shared.ray_setup, traversal.start]),
+        let query = match unit {
+            Some(unit) if unit.walks() => config.costs.ray_query.start,
+            Some(_) => traversal.start,
+            None => sum(&[shared.ray_setup, traversal.start]),
         };
-        let unless_by_unit = |cost: Cost| if by_ray_unit { Cost::default() } else { cost };
         let attachments = technique.raster.map_or(0, |raster| raster.attachments_in_memory().len() as u32);
         let compact = header.normals && config.primitive_layout == PrimitiveLayout::Compact;
         let compact_normal = if compact { shared.compact_normal } else { Cost::default() };
@@ -167,7 +173,7 @@ impl Program {
                 step: unless_by_unit(config.costs.tlas_node()),
                 record: unless_by_unit(shared.address.times(buffers.tree.tlas_reads.loads)),
             },
-            trip: unless_by_unit(shared.trip),
+            trip: unless_unit_walks(shared.trip),
             setups: RayKind::ALL.map(setup),
             shade,
             hit_shade,

@@ -55,9 +55,9 @@ impl UnitTests {
         }
     }
 
-    /// Whether rays of a warp go together.
-    pub(super) fn by_warps(&self) -> bool {
-        self.scheduling == RayScheduling::Warp
+    /// Whether rays of a warp wait for each other.
+    pub(super) fn in_lockstep(&self) -> bool {
+        self.scheduling != RayScheduling::Ray
     }
 
     /// Tests of the groups of `lanes`, each at one of `ids`.
@@ -81,7 +81,7 @@ impl UnitTests {
         };
         for (index, (&group, &id)) in lanes.iter().zip(ids).enumerate() {
             match self.scheduling {
-                RayScheduling::Ray => test(id, 1, group.count_ones()),
+                RayScheduling::Ray | RayScheduling::Instruction => test(id, 1, group.count_ones()),
                 RayScheduling::Warp if ids[..index].contains(&id) => {}
                 RayScheduling::Warp => {
                     let at_node = lanes.iter().zip(ids).filter(|&(_, &other)| other == id);

@@ -52,10 +52,11 @@ impl Walk {
             let stack_in_memory = header.stack_entries > 0;
             return Self { loop_structure: header.loop_structure, stack_in_memory, levels, unit: None };
         };
-        // A unit tests nodes and triangles as its rays come to them, and keeps their stacks itself.
+        // A unit that walks tests nodes and triangles as its rays come to them, and keeps their stacks itself.
+        let by_shader = !unit.walks();
         Self {
-            loop_structure: LoopStructure::IfIf,
-            stack_in_memory: false,
+            loop_structure: if by_shader { header.loop_structure } else { LoopStructure::IfIf },
+            stack_in_memory: by_shader && header.stack_entries > 0,
             levels,
             unit: Some(UnitTests::new(unit, config.gpu.cores.warp_width, topology)),
         }
@@ -63,7 +64,7 @@ impl Walk {
 
     /// Whether lanes wait while others step: not where a unit takes each ray by itself.
     pub(crate) fn in_lockstep(&self) -> bool {
-        self.unit.as_ref().is_none_or(UnitTests::by_warps)
+        self.unit.as_ref().is_none_or(UnitTests::in_lockstep)
     }
 }
 

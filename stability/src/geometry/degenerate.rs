@@ -7,10 +7,10 @@ use crate::judge::Verdicts;
 use crate::random::Random;
 use crate::reference::Reference;
 use crate::shapes;
-use crate::structures::{Structure, Watch, all, brute_force, options, same};
+use crate::structures::{Structure, Watch, all, brute_force, options, same, traversals};
 use glam::Vec3;
 use scenes::Triangle;
-use tracer::{Query, Ray, Traversal, TriangleTest};
+use tracer::{Query, Ray, TriangleTest};
 
 /// Largest coordinate of an origin for which structures have to agree: some thousand triangles away.
 const FARTHEST: f32 = 1e3;
@@ -90,7 +90,7 @@ fn random_vertices(size: Size, test: TriangleTest, watch: &Watch) -> [Case; 2] {
             coordinates.for_each(|corner| *corner = corner.map(|x| if x.is_finite() { x } else { 1.0 }));
         }
         let is_finite = triangles.iter().all(|triangle| triangle.v.iter().all(|corner| corner.is_finite()));
-        for traversal in Traversal::ALL {
+        for traversal in traversals() {
             match Structure::build(&triangles, traversal, &options(test)) {
                 Ok(structure) => {
                     accepted += 1;

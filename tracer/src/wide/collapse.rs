@@ -38,6 +38,7 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
     pub fn collapse(binary: Bvh<P>, format: NodeFormat) -> Result<Self, Error> {
         assert_eq!(format.width() as usize, W);
         let mut nodes: Vec<WideNode<W>> = vec![WideNode::EMPTY];
+        let mut parents = vec![0];
         let mut depth = 0;
         // Binary node, its place among the wide ones, its depth there.
         let mut open = vec![(0_u32, 0_u32, 0_u32)];
@@ -51,6 +52,7 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
                 if member.is_inner() {
                     *link = NodeRef::inner(0, nodes.len() as u32);
                     nodes.push(WideNode::EMPTY);
+                    parents.push(place);
                 }
             }
             let inner = members.inner.iter().zip(first..nodes.len() as u32);
@@ -60,6 +62,7 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
         }
         Ok(Self {
             nodes,
+            parents,
             format,
             depth,
             slack: binary.slack,

@@ -3,6 +3,7 @@
 mod collapse;
 mod format;
 mod quantise;
+pub mod short_stack;
 pub mod stack;
 mod tree;
 

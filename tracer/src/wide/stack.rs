@@ -14,11 +14,44 @@ use std::mem::MaybeUninit;
 /// Stack capacity: at each level of the deepest tree, all children of the widest node but one.
 const CAPACITY: usize = 7 * (BvhOptions::MAX_DEPTH as usize + 1);
 
+/// A child that the ray meets.
 #[derive(Clone, Copy)]
-struct Entry {
-    link: NodeRef,
+pub(super) struct Entry {
+    pub(super) link: NodeRef,
     /// Distance at which the ray enters its box.
-    distance: f32,
+    pub(super) distance: f32,
+}
+
+/// Fetches a node and tests the boxes of its children up to the distance `t_max`: those that are hit, and how many, sorted as the module's
+/// documentation says.
+#[inline(always)]
+pub(super) fn near_to_far<P: RayTriangle, const W: usize, O: Observer>(
+    bvh: &WideBvh<P, W>,
+    slab: &SlabRay,
+    node: u32,
+    t_min: f32,
+    t_max: f32,
+    observer: &mut O,
+) -> ([Entry; W], usize) {
+    observer.step(Op::Node, node);
+    let node = &bvh.nodes[node as usize];
+    observer.box_tests(node.children);
+    let (entries, hits) = slab.entries(&node.planes, t_min, t_max);
+    let mut hit = [Entry { link: NodeRef::NOTHING, distance: 0.0 }; W];
+    let mut count = 0;
+    let children = node.links.into_iter().zip(entries).take(node.children as usize);
+    for (child, (link, distance)) in children.enumerate() {
+        if hits >> child & 1 != 0 {
+            let mut place = count;
+            while place > 0 && hit[place - 1].distance > distance {
+                hit[place] = hit[place - 1];
+                place -= 1;
+            }
+            hit[place] = Entry { link, distance };
+            count += 1;
+        }
+    }
+    (hit, count)
 }
 
 /// Traces one ray. Every node is visited at most once, so the loop is bounded by the tree.
@@ -63,25 +96,7 @@ pub(crate) fn descend<const ANY: bool, P: RayTriangle, const W: usize, O: Observ
     let mut next = NodeRef::inner(0, 0);
     loop {
         if next.is_inner() {
-            observer.step(Op::Node, next.link);
-            let node = &bvh.nodes[next.link as usize];
-            observer.box_tests(node.children);
-            let (entries, hits) = slab.entries(&node.planes, ray.t_min, best.t);
-            let mut hit = [Entry { link: next, distance: 0.0 }; W];
-            let mut count = 0;
-            let children = node.links.into_iter().zip(entries).take(node.children as usize);
-            for (child, (link, distance)) in children.enumerate() {
-                if hits >> child & 1 != 0 {
-                    let entry = Entry { link, distance };
-                    let mut place = count;
-                    while place > 0 && hit[place - 1].distance > entry.distance {
-                        hit[place] = hit[place - 1];
-                        place -= 1;
-                    }
-                    hit[place] = entry;
-                    count += 1;
-                }
-            }
+            let (hit, count) = near_to_far(bvh, &slab, next.link, ray.t_min, best.t, observer);
             if count > 0 {
                 for farther in hit[1..count].iter().rev() {
                     observer.step(Op::Push, top as u32);

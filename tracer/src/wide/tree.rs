@@ -56,6 +56,8 @@ impl<const W: usize> WideNode<W> {
 #[derive(Clone, Debug)]
 pub struct WideBvh<P: RayTriangle, const W: usize> {
     pub(super) nodes: Vec<WideNode<W>>,
+    /// Of each node; the root is its own.
+    pub(super) parents: Vec<u32>,
     pub(super) format: NodeFormat,
     pub(super) depth: u32,
     pub(super) slack: PlaneSlack,
