@@ -12,7 +12,7 @@ use gpumodel::reflections::ReflectionMaps;
 use gpumodel::{Attempt, Maps, PrimitiveOrder, RayScheduling, Replayed, Sampled, Sampler};
 use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
-use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, csv_table, json, text};
+use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text};
 use std::path::Path;
 use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
 
@@ -82,7 +82,11 @@ pub(crate) fn of_frame(
         gpumodel::Fidelity::Replay => Fidelity::Replay,
         gpumodel::Fidelity::Timed => Fidelity::Timed,
     };
-    let run = ran(fidelity, 1.0, before, replay_s, meter);
+    let mut run = ran(fidelity, 1.0, before, replay_s, meter);
+    run.within = Some(match fidelity {
+        Fidelity::Timed => Within::simulated(),
+        _ => Within::replayed(simulated(header, machine)),
+    });
     let report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
     let occupancy = occupancy(header, machine, &replayed);
     Ok(Answer {
@@ -154,6 +158,7 @@ pub(crate) fn sampled_answer<S: TileSource>(
     let run = ran(Fidelity::Sampled, part, before, replay_s, meter);
     let mut report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run)
         .with_intervals(&estimate, &intervals);
+    report.run.within = Some(Within::sampled(&report));
     report.inputs.seed = Some(seed);
     report.notes.extend(notes);
     if maps == Maps::Kept {
@@ -182,6 +187,19 @@ fn ran(fidelity: Fidelity, sampled_fraction: f64, before: &Before, replay_s: f64
         load_s: before.load_s,
         build_s: before.build_s,
         replay_s,
+        within: None,
+    }
+}
+
+/// Whether the frame can be simulated event by event; otherwise why not.
+fn simulated(header: &TraceHeader, machine: &Machine) -> Result<(), &'static str> {
+    let config = &machine.config;
+    if config.technique.reflections.is_some() {
+        Err("chains of dispatches are not simulated event by event")
+    } else if config.gpu.ray_unit_for(header).is_some() {
+        Err("ray units are not simulated event by event")
+    } else {
+        Ok(())
     }
 }
 

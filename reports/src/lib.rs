@@ -30,8 +30,10 @@ pub mod stability;
 pub mod text;
 mod units;
 pub mod vendor;
+mod within;
 
 pub use counters::{Counter, Counters, Fidelity, Value};
 pub use error::Error;
 pub use from_estimate::SceneFacts;
 pub use report::{Bound, Buffer, Forced, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};
+pub use within::{Recorded, Within};

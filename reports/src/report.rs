@@ -2,6 +2,7 @@
 
 use crate::counters::{Counters, Fidelity};
 use crate::vendor::VendorView;
+use crate::within::Within;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form. It changes when a field changes its meaning or goes; new fields keep it.
@@ -167,6 +168,9 @@ pub struct Run {
     /// Wall time for tracing and replaying together, in seconds.
     #[serde(default)]
     pub replay_s: f64,
+    /// How far the figures may be from those of a more faithful rung; nothing in reports of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<Within>,
 }
 
 /// One pass of the frame.

@@ -361,7 +361,17 @@ pub(crate) fn sentences(out: &mut String, title: &str, sentences: &[String], sty
 }
 
 fn run(out: &mut String, run: &Run, style: Style) {
-    let Run { wall_s, peak_rss_bytes, fidelity, sampled_fraction, threads, load_s, build_s, replay_s } = run;
+    let Run {
+        wall_s,
+        peak_rss_bytes,
+        fidelity,
+        sampled_fraction,
+        threads,
+        load_s,
+        build_s,
+        replay_s,
+        within,
+    } = run;
     let seconds = |s: f64| format!("{s:.3} s");
     line!(out);
     line!(out, "{}", style.bold("This run"));
@@ -387,4 +397,7 @@ fn run(out: &mut String, run: &Run, style: Style) {
         row("peak memory", format!("{number} {unit}"));
     }
     row("threads", threads.to_string());
+    if let Some(within) = within {
+        row("within", within.text());
+    }
 }

@@ -1,6 +1,7 @@
 //! `raybudget verify accuracy`: is every frame measured on both rungs, and every form of the table the same?
 
 use crate::support::{arg, file, folder, names_in, raybudget};
+use reports::Recorded;
 use serde_json::Value;
 use std::fs;
 
@@ -42,6 +43,9 @@ fn a_quick_run_holds_every_frame_of_one_rung_against_the_other() {
         let within = error.abs() <= number(&limits["worst"]) && dram_error.abs() <= number(&limits["dram"]);
         assert_eq!(row["outcome"], if within { "pass" } else { "fail" }, "{row}");
         assert_eq!(row["why"] == "", within, "{row}");
+        // What every report says of its own error must be true here as well.
+        let recorded = Recorded::embedded();
+        assert!(error.abs() <= recorded.frame_time && dram_error.abs() <= recorded.dram_bytes, "{row}");
     }
     let summary = &found["summary"];
     let mean = rows.iter().map(|row| number(&row["error"]).abs()).sum::<f64>() / rows.len() as f64;

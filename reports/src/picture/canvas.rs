@@ -95,6 +95,8 @@ pub(crate) fn encode_png(width: u32, height: u32, pixels: &[Rgb]) -> Result<Vec<
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    // Pictures of a frame at the usual level would take as long as a tenth of its replay.
+    encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(pixels.as_flattened())?;
     writer.finish()?;

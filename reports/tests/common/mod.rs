@@ -1,7 +1,7 @@
 //! A made-up report.
 
 use reports::{
-    Bound, Counter, Counters, Fidelity, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, Value,
+    Bound, Counter, Counters, Fidelity, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, Value, Within,
 };
 
 pub(crate) fn counter(value: Value, unit: &str) -> Counter {
@@ -64,6 +64,12 @@ pub(crate) fn report() -> Report {
             load_s: 0.1,
             build_s: None,
             replay_s: 0.4,
+            within: Some(Within::Known {
+                of: Fidelity::Timed,
+                frame_time: 0.125,
+                dram_bytes: 0.0625,
+                basis: "the worst of 3 other frames".into(),
+            }),
         },
         counters: counters(),
         passes: vec![Pass { name: "primary rays".into(), counters: counters() }],
