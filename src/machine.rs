@@ -7,7 +7,8 @@ use anyhow::{anyhow, bail};
 use gpumodel::ordering::{AtomicStrategy, Binning};
 use gpumodel::{
     Fidelity, GPUS, Gpu, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder,
-    QueryOrigin, RayScheduling, ReplayConfig, ScreenSpace, ShaderCosts, TECHNIQUES, Technique,
+    QueryOrigin, RayScheduling, ReplayConfig, ScreenSpace, SecondaryQuery, ShaderCosts, TECHNIQUES,
+    Technique,
 };
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
@@ -58,6 +59,9 @@ impl Machine {
         set_ray_unit(&mut gpu, ray_unit.as_deref())?;
         let mut technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
         set_reflections(&mut technique, reflections)?;
+        if gpu.emulates(&technique) {
+            gpu.ray_unit = None;
+        }
         let primitive_layout = choice(
             "--layout",
             layout,
@@ -134,7 +138,17 @@ fn set_reflections(technique: &mut Technique, args: &ReflectionArgs) -> anyhow::
             "--{option} {value}: technique {name} has no [reflections]; use one of reflections-*, or leave it out"
         );
     };
-    let ReflectionArgs { screen_space, launch, binning, query_origin, hit_shading, atomics } = args;
+    let ReflectionArgs {
+        screen_space,
+        launch,
+        binning,
+        query_origin,
+        hit_shading,
+        secondary_query,
+        payload,
+        materials,
+        atomics,
+    } = args;
     let names = |names: &[&'static str]| names.join(", ");
     macro_rules! set {
         ($field:ident, $option:literal, $kind:ty) => {
@@ -151,7 +165,18 @@ fn set_reflections(technique: &mut Technique, args: &ReflectionArgs) -> anyhow::
     set!(launch, "launch", Launch);
     set!(query_origin, "query-origin", QueryOrigin);
     set!(hit_shading, "hit-shading", HitShading);
+    set!(secondary_query, "secondary-query", SecondaryQuery);
     set!(atomics, "atomics", AtomicStrategy);
+    let number = |option: &str, value: &Option<String>| {
+        let parse = |value: &String| {
+            value
+                .parse::<u32>()
+                .map_err(|_| anyhow!("--{option} {value}: expected a whole number, such as 16"))
+        };
+        value.as_ref().map(parse).transpose()
+    };
+    reflections.payload_bytes = number("payload", payload)?;
+    reflections.materials = number("materials", materials)?;
     if let Some(value) = binning {
         reflections.binning =
             Binning::from_name(value).map_err(|error| anyhow!("--binning {value}: {error}"))?;

@@ -12,6 +12,12 @@ use scenes::Scene;
 use tracer::reflections::{GBuffer, March, Outcome, ReflectionSettings, ReflectionTracer, Reflections};
 use tracer::{Aabb, Omission};
 
+/// Left out where a pipeline's shadow rays are sent by hit shaders.
+const HIT_QUERIES: [&str; 2] = [
+    "divergence of ray queries in hit shaders",
+    "shadow rays of a warp are traced together, as if its closest-hit shaders met for that",
+];
+
 /// Shaders of a scene whose triangles all have one material.
 const ASSIGNED_SHADERS: u32 = 32;
 /// Cells of the scene's box along each axis, whose triangles are given one shader.
@@ -53,7 +59,6 @@ pub(crate) fn answers(
     };
     let topology = frame.structure.topology();
     let bounds = frame.triangles().iter().map(Aabb::of_triangle).fold(Aabb::EMPTY, Aabb::union);
-    let (shaders, materials_note) = shaders(frame.scene(), frame.triangles(), &bounds);
     let march = |(screen_space, origin): Rays| {
         let march = match screen_space {
             ScreenSpace::None => None,
@@ -73,6 +78,8 @@ pub(crate) fn answers(
         let Some(technique) = &machine.config.technique.reflections else { continue };
         let _progress = Progress::spinner("marching, tracing and replaying");
         let rays = (technique.screen_space, technique.query_origin);
+        let (shaders, materials_note) =
+            shaders(frame.scene(), frame.triangles(), &bounds, technique.materials);
         let (replayed, seconds) = timed(|| {
             let known = marched.iter().position(|(others, _)| *others == rays);
             let place = known.unwrap_or_else(|| {
@@ -93,7 +100,11 @@ pub(crate) fn answers(
         header.remarks = frame.remarks(false);
         header.remarks.left_out.retain(|entry| !MODELLED.contains(&entry.what.as_str()));
         header.remarks.left_out.extend(omissions());
-        header.remarks.notes.extend([coverage, materials_note.clone()]);
+        header.remarks.notes.extend([coverage, materials_note]);
+        if technique.sends_hit_queries() {
+            let [what, why] = HIT_QUERIES.map(str::to_owned);
+            header.remarks.left_out.push(Omission { what, why });
+        }
         if maps.as_ref().is_some_and(|maps| maps.lane_slots.is_none()) {
             header.remarks.left_out.push(Omission {
                 what: "divergence map".to_owned(),
@@ -106,25 +117,31 @@ pub(crate) fn answers(
     Ok(answers)
 }
 
-/// By triangle, the shader of its material, and what a report says of it.
-fn shaders(scene: &Scene, triangles: &[scenes::Triangle], bounds: &Aabb) -> (Vec<u32>, String) {
+/// By triangle, the shader of its material or, where so many are `asked` for, one of these by its place, and what a report says of it.
+fn shaders(
+    scene: &Scene,
+    triangles: &[scenes::Triangle],
+    bounds: &Aabb,
+    asked: Option<u32>,
+) -> (Vec<u32>, String) {
     let meshes = scene.instances.iter().map(|instance| &scene.meshes[instance.mesh as usize]);
     let own: Vec<u32> = meshes.flat_map(|mesh| mesh.materials.iter().copied()).collect();
-    if own.iter().any(|&material| material != own[0]) {
+    if asked.is_none() && own.iter().any(|&material| material != own[0]) {
         return (own, "Every material has its own shader.".to_owned());
     }
+    let shaders = asked.unwrap_or(ASSIGNED_SHADERS);
     let extent = bounds.extent().max(scenes::Vec3::splat(f32::MIN_POSITIVE));
     let shader = |triangle: &scenes::Triangle| {
         let middle = (triangle.v[0] + triangle.v[1] + triangle.v[2]) / 3.0;
         let cell = ((middle - bounds.min) / extent * CELLS).floor().min(scenes::Vec3::splat(CELLS - 1.0));
         // Three primes: neighbours differ, and which shaders meet says nothing of the scene.
         let [x, y, z] = cell.to_array().map(|cell| cell as u32);
-        (x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791))
-            % ASSIGNED_SHADERS
+        (x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791)) % shaders
     };
     let note = format!(
-        "The scene has one material: for reflections its box was cut into {CELLS}x{CELLS}x{CELLS} cells, and the triangles of each were given one of \
-         {ASSIGNED_SHADERS} shaders by a hash of the cell."
+        "{}: for reflections its box was cut into {CELLS}x{CELLS}x{CELLS} cells, and the triangles of each were given one of \
+         {shaders} shaders by a hash of the cell.",
+        if asked.is_some() { "The scene's materials were replaced" } else { "The scene has one material" }
     );
     (triangles.iter().map(shader).collect(), note)
 }

@@ -6,7 +6,7 @@ use anyhow::{anyhow, bail};
 use gpumodel::ordering::AtomicStrategy;
 use gpumodel::{
     GPUS, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, QueryOrigin,
-    RayScheduling, ScreenSpace, TECHNIQUES,
+    RayScheduling, ScreenSpace, SecondaryQuery, TECHNIQUES,
 };
 use scenes::Feature;
 use tracer::wide::NodeFormat;
@@ -44,6 +44,9 @@ pub(crate) enum Axis {
     Binning,
     QueryOrigin,
     HitShading,
+    SecondaryQuery,
+    Payload,
+    Materials,
     Atomics,
     /// A figure of the GPU's description, by its dotted key.
     Figure(String),
@@ -66,7 +69,7 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 21] = [
+    const NAMED: [Self; 24] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
@@ -87,6 +90,9 @@ impl Axis {
         Self::Binning,
         Self::QueryOrigin,
         Self::HitShading,
+        Self::SecondaryQuery,
+        Self::Payload,
+        Self::Materials,
         Self::Atomics,
     ];
 
@@ -127,6 +133,9 @@ impl Axis {
             Self::Binning => "binning",
             Self::QueryOrigin => "query-origin",
             Self::HitShading => "hit-shading",
+            Self::SecondaryQuery => "secondary-query",
+            Self::Payload => "payload",
+            Self::Materials => "materials",
             Self::Atomics => "atomics",
             Self::Figure(key) => key,
         }
@@ -159,6 +168,9 @@ impl Axis {
             Self::Binning => owned(&BINNINGS),
             Self::QueryOrigin => owned(&QueryOrigin::ALL.map(QueryOrigin::name)),
             Self::HitShading => owned(&HitShading::ALL.map(HitShading::name)),
+            Self::SecondaryQuery => owned(&SecondaryQuery::ALL.map(SecondaryQuery::name)),
+            Self::Payload => owned(&["16", "32", "64", "128"]),
+            Self::Materials => owned(&["1", "4", "8", "9", "32", "128"]),
             Self::Atomics => owned(&AtomicStrategy::ALL.map(AtomicStrategy::name)),
             Self::Figure(key) => {
                 bail!("--vary {key}: a figure of the GPU needs values, such as {key}=64+128")
@@ -223,6 +235,9 @@ impl Axis {
             Self::Binning => machine.reflections.binning = given,
             Self::QueryOrigin => machine.reflections.query_origin = given,
             Self::HitShading => machine.reflections.hit_shading = given,
+            Self::SecondaryQuery => machine.reflections.secondary_query = given,
+            Self::Payload => machine.reflections.payload = given,
+            Self::Materials => machine.reflections.materials = given,
             Self::Atomics => machine.reflections.atomics = given,
             Self::Figure(key) => machine.set.push(format!("{key}={value}")),
         }

@@ -124,7 +124,7 @@ fn every_technique_of_reflections_runs_through_every_traversal_in_its_own_passes
             let expected = ["screen-space march", "reflection rays"].iter().chain(sorted);
             let expected: Vec<&str> = expected.chain(&["reflection shadow rays"]).copied().collect();
             assert_eq!(passes(&report), expected, "{place}");
-            if technique != "reflections-direct" {
+            if !["reflections-direct", "reflections-pipeline"].contains(&technique) {
                 queries.push(of_pass(&report, "reflection rays", "rays"));
             }
         }
@@ -172,6 +172,26 @@ fn every_technique_runs_through_every_traversal_in_its_own_passes() {
                 value("dram_read_bytes") + value("dram_write_bytes")
             };
             assert!(bytes(resolved) > bytes(hybrid), "attachments in memory move more bytes: {place}");
+        }
+    }
+}
+
+#[test]
+fn pipelines_run_through_every_traversal_launched_and_bound_in_every_way() {
+    for traversal in tracer::Traversal::ALL {
+        for hit_shading in ["pipeline", "pipeline-library"] {
+            for query in ["ray-generation", "hit-shader"] {
+                for technique in
+                    ["reflections-direct", "reflections-hybrid-direct", "reflections-hybrid-sign"]
+                {
+                    let place = format!("{traversal:?}, {technique}, {hit_shading}, {query}");
+                    let options = ["--technique", technique, "--force", "mirror", "--gpu", "mali-g925"];
+                    let of_pipeline = ["--hit-shading", hit_shading, "--secondary-query", query];
+                    let report = profile("cornell", traversal, &[&options[..], &of_pipeline].concat());
+                    assert_whole(&report, &place);
+                    assert!(of_pass(&report, "reflection rays", "shader_calls") > 0.0, "{place}");
+                }
+            }
         }
     }
 }

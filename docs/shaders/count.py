@@ -155,6 +155,12 @@ def registers(output):
     return re.search(r"(\d+) full", output)[1]
 
 
+def instructions(output):
+    """All but nops."""
+    found = count([("all", code) for code in disassembly(output)])["all"]
+    return sum(found[what] for what in ("ALU", "EFU", "memory", "flow"))
+
+
 def check(compiler):
     differing = []
     for name in [*TRAVERSALS, *(piece.stem for piece in (HERE / "pieces").iterdir())]:
@@ -170,6 +176,9 @@ def check(compiler):
         same = not rows or disassembly(output) == [code for _, code in rows]
         if not same or f"needs {registers(output)} registers" not in header:
             differing.append(name)
+        size = re.search(r"has (\d+) instructions", header)
+        if size and instructions(output) != int(size[1]):
+            differing.append(name + " (size)")
     print("differing: " + ", ".join(differing) if differing else "all the same")
     return bool(differing)
 

@@ -294,7 +294,7 @@ fn the_counters_are_the_agreed_ones() {
         ray_unit_triangle_nodes ray_unit_triangle_nodes_quarter ray_unit_triangle_nodes_half \
         ray_unit_triangle_nodes_three_quarters ray_unit_triangle_nodes_full fragments \
         warps vertices alu_operations alu_operations_issued efu_operations efu_operations_issued memory_instructions \
-        load_store_cycles atomics dispatches alu_per_fragment \
+        load_store_cycles atomics dispatches shader_calls alu_per_fragment \
         alu_issued_per_fragment efu_per_fragment simt_efficiency occupancy sp_memory_read_bytes \
         sp_memory_read_bytes_per_second texture_memory_read_bytes vertex_memory_read_bytes external_read_bytes \
         load_store_external_read_bytes texture_external_read_bytes dram_read_bytes dram_write_bytes l1_accesses \

@@ -36,10 +36,11 @@ mod workshop;
 
 pub use config::{
     Atomics, Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family,
-    GPUS, Gpu, HitShading, Identity, Launch, LoadStore, Output, Paths, Present, Provenance, QueryOrigin,
-    Raster, RayQueryCosts, RayScheduling, RayUnit, ReflectionCosts, ReflectionRegisters, Reflections,
-    Registers, Scheduler, ScreenSpace, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag,
-    Technique, TextureUnit, Tiler, Translation, TraversalCosts,
+    GPUS, Gpu, HitShading, Identity, Launch, LoadStore, Output, Paths, PipelineCosts, Present, Provenance,
+    QueryOrigin, Raster, RayPipeline, RayQueryCosts, RayScheduling, RayUnit, ReflectionCosts,
+    ReflectionRegisters, Reflections, Registers, Scheduler, ScreenSpace, SecondaryQuery, ShaderCores,
+    ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation,
+    TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

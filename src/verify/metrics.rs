@@ -56,6 +56,10 @@ pub(super) fn of_replay(metric: &str, answer: &Answer, config: &ReplayConfig) ->
                 _ => Err("only atomics by subgroups are one for each bucket of a warp".to_owned()),
             }
         }
+        "uber_instructions" => {
+            let costs = config.costs.reflections().ok_or("the cost table has no [reflections]");
+            costs.map(|costs| costs.uber_instructions(counters.materials)).map_err(str::to_owned)
+        }
         "secondary_ms" => time_of(answer, |pass| !OF_PRIMARY_HITS.map(Pass::name).contains(&pass)),
         _ => {
             let (counter, passes) = metric.split_once(':')?;

@@ -38,7 +38,7 @@ fn passes(report: &Value) -> Vec<&str> {
     passes.iter().map(|pass| pass["name"].as_str().expect("a name")).collect()
 }
 
-const TECHNIQUES: [&str; 8] = [
+const TECHNIQUES: [&str; 9] = [
     "direct",
     "hybrid-direct",
     "hybrid",
@@ -47,6 +47,7 @@ const TECHNIQUES: [&str; 8] = [
     "hybrid-position",
     "hybrid-position-sign",
     "visibility-buffer",
+    "pipeline",
 ];
 
 #[test]
@@ -56,7 +57,7 @@ fn every_technique_traces_what_the_screen_leaves_and_its_passes_add_up() {
         let report = profile(&["--technique", &format!("reflections-{technique}")]);
         let rays = ["reflection rays", "reflection shadow rays"].map(|pass| counter(&report, pass, "rays"));
         assert!(rays.iter().all(|&rays| rays > 0.0), "{technique}: {rays:?}");
-        if technique != "direct" {
+        if !["direct", "pipeline"].contains(&technique) {
             hybrids.push(rays);
         }
         let of_passes: f64 = passes(&report).iter().map(|pass| counter(&report, pass, "frame_time_ms")).sum();
@@ -97,6 +98,41 @@ fn what_lanes_join_does_not_reach_memory() {
 }
 
 #[test]
+fn a_pipeline_is_linked_up_to_the_limit_of_the_driver_and_called_beyond_it() {
+    let of = |options: &[&str]| {
+        let gpu = ["--gpu", "mali-g1-ultra", "--technique", "reflections-pipeline"];
+        let options: Vec<&str> = gpu.iter().chain(options).copied().collect();
+        without_run(&raybudget(FRAME.iter().chain(&["--format", "json"]).chain(&options)).json())
+    };
+    let calls = |report: &Value| counter(report, "reflection rays", "shader_calls");
+    let says = |report: &Value, text: &str| report["assumptions"].to_string().contains(text);
+    // Ray generation, miss and 8 materials are 10 shaders.
+    let linked = of(&["--materials", "8"]);
+    assert!(
+        calls(&linked) == 0.0 && says(&linked, "The 10 shaders of the ray-tracing pipeline are one shader")
+    );
+    let beyond = of(&["--materials", "9"]);
+    assert!(calls(&beyond) > 0.0 && says(&beyond, "The 11 shaders of the ray-tracing pipeline are called"));
+    let library = of(&["--materials", "8", "--hit-shading", "pipeline-library"]);
+    assert!(calls(&library) > 0.0 && says(&library, "libraries"));
+}
+
+#[test]
+fn ray_queries_in_hit_shaders_are_walked_by_shaders_where_the_driver_emulates_them() {
+    let of = |query| profile(&["--technique", "reflections-pipeline", "--secondary-query", query]);
+    let (by_unit, emulated) = (of("ray-generation"), of("hit-shader"));
+    let boxes = |report: &Value| report["counters"]["ray_unit_box_nodes"]["value"].as_u64();
+    assert!(boxes(&by_unit).is_some_and(|nodes| nodes > 0) && boxes(&emulated).is_none());
+    assert!(emulated["inputs"]["ray_unit"].is_null());
+    for pass in ["reflection rays", "reflection shadow rays"] {
+        assert_eq!(counter(&by_unit, pass, "rays"), counter(&emulated, pass, "rays"), "{pass}");
+        let [alone, walked] = [&by_unit, &emulated].map(|report| counter(report, pass, "alu_operations"));
+        assert!(walked > 5.0 * alone, "{pass}: {walked} against {alone}");
+    }
+    assert!(emulated["left_out"].to_string().contains("divergence of ray queries in hit shaders"));
+}
+
+#[test]
 fn options_stand_in_the_name_of_the_technique_and_change_the_frame() {
     let report = profile(&[
         "--technique",
@@ -130,6 +166,11 @@ fn what_cannot_be_is_refused_with_its_reason() {
             &["--technique", "reflections-direct", "--hit-shading", "visibility-buffer"],
             "sorts hits of rays that no buffer lists",
         ),
+        (&["--technique", "reflections-direct", "--payload", "64"], "no pipeline"),
+        (&["--technique", "reflections-direct", "--secondary-query", "hit-shader"], "no pipeline"),
+        (&["--technique", "reflections-pipeline", "--payload", "0"], "4 to 1024 bytes"),
+        (&["--technique", "reflections-pipeline", "--payload", "large"], "expected a whole number"),
+        (&["--technique", "reflections-pipeline", "--materials", "513"], "1 to 512 materials"),
         (&["--technique", "reflections-direct", "--query-origin", "last-position"], "there is none"),
         (&["--technique", "reflections-hybrid", "--fidelity", "timed"], "several shaders"),
         (&["--technique", "reflections-hybrid", "--fidelity", "sampled"], "lists them anew"),

@@ -7,8 +7,11 @@ use super::gpu_checks::{
 };
 use super::gpu_file::GpuFile;
 use super::gpu_presets::BuiltinGpu;
+use super::ray_pipeline::{RayPipeline, ray_pipeline};
 use super::ray_unit::{RayUnit, ray_unit};
+use super::reflection_technique::Reflections;
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
+use super::technique::Technique;
 use super::translation::{Translation, translation};
 use crate::error::Error;
 use cachesim::{DramConfig, DramStandard, Hierarchy, Levels, PathId};
@@ -36,6 +39,8 @@ pub struct Gpu {
     pub paths: Paths,
     /// The ray unit of a core, where there is one.
     pub ray_unit: Option<RayUnit>,
+    /// What its driver makes of ray-tracing pipelines, where that is known.
+    pub ray_pipeline: Option<RayPipeline>,
     /// Translation of addresses, where figures for it are known.
     pub translation: Option<Translation>,
     /// Atomics, barriers and indirect dispatches, where figures for them are given.
@@ -338,6 +343,7 @@ impl Gpu {
             caches,
             paths,
             ray_unit,
+            ray_pipeline: raw.ray_pipeline.map(|raw| ray_pipeline(&file, &raw)).transpose()?,
             translation: raw.translation.map(|raw| translation(&file, &raw)).transpose()?,
             atomics: raw.atomics.map(|raw| atomics(&file, &raw)).transpose()?,
             dram: Dram {
@@ -413,6 +419,12 @@ impl Gpu {
     /// The ray unit that walks the structure of a trace, or tests its nodes: such units know wide BVHs, and shaders do everything else.
     pub fn ray_unit_for(&self, header: &TraceHeader) -> Option<&RayUnit> {
         self.ray_unit.as_ref().filter(|unit| unit.takes(header))
+    }
+
+    /// Whether its driver has shaders walk the rays of this technique, although it has a ray unit.
+    pub fn emulates(&self, technique: &Technique) -> bool {
+        let sends_hit_queries = technique.reflections.as_ref().is_some_and(Reflections::sends_hit_queries);
+        sends_hit_queries && self.ray_pipeline.is_some_and(|pipeline| pipeline.emulates_hit_queries)
     }
 
     /// The caches as the cache simulator takes them, in the order of [`Self::caches`].

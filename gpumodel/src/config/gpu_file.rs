@@ -19,6 +19,7 @@ pub(super) struct GpuFile {
     pub(super) cache: Vec<CacheFile>,
     pub(super) paths: PathsFile,
     pub(super) ray_unit: Option<RayUnitFile>,
+    pub(super) ray_pipeline: Option<RayPipelineFile>,
     pub(super) translation: Option<TranslationFile>,
     pub(super) atomics: Option<AtomicsFile>,
     pub(super) dram: DramFile,
@@ -149,6 +150,14 @@ pub(super) struct RayUnitFile {
     pub(super) rays_together: Sourced<u32>,
     pub(super) lines_in_flight: Sourced<u32>,
     pub(super) path: Sourced<Vec<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RayPipelineFile {
+    pub(super) linked_shaders: Sourced<u32>,
+    pub(super) inlined_shaders: Sourced<u32>,
+    pub(super) emulates_hit_queries: Sourced<bool>,
 }
 
 #[derive(Deserialize)]

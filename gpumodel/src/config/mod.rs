@@ -6,6 +6,7 @@ mod gpu;
 mod gpu_checks;
 mod gpu_file;
 mod gpu_presets;
+mod ray_pipeline;
 mod ray_unit;
 mod reflection_technique;
 mod reflections;
@@ -21,9 +22,10 @@ pub use gpu::{
     Scheduler, ShaderCores, TextureUnit, Tiler,
 };
 pub use gpu_presets::{BuiltinGpu, GPUS};
+pub use ray_pipeline::RayPipeline;
 pub use ray_unit::{RayScheduling, RayUnit};
-pub use reflection_technique::{HitShading, Launch, QueryOrigin, Reflections, ScreenSpace};
-pub use reflections::{ReflectionCosts, ReflectionRegisters};
+pub use reflection_technique::{HitShading, Launch, QueryOrigin, Reflections, ScreenSpace, SecondaryQuery};
+pub use reflections::{PipelineCosts, ReflectionCosts, ReflectionRegisters};
 pub use sourced::{Provenance, Tag};
 pub(crate) use technique::VECTOR_BYTES;
 pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};

@@ -6,6 +6,7 @@ use crate::counters::Pass;
 use crate::error::Error;
 use crate::ordering::{AtomicStrategy, Binning};
 use serde::Deserialize;
+use std::ops::RangeInclusive;
 use toml::Spanned;
 
 /// Reflections over a G-buffer, by compute shaders.
@@ -21,6 +22,12 @@ pub struct Reflections {
     pub query_origin: QueryOrigin,
     /// Which shader shades what rays hit.
     pub hit_shading: HitShading,
+    /// Of a ray-tracing pipeline, which shader sends the shadow ray of a hit.
+    pub secondary_query: SecondaryQuery,
+    /// Of a ray-tracing pipeline, bytes of a ray's payload, instead of those of the cost table.
+    pub payload_bytes: Option<u32>,
+    /// Shaders that the scene's triangles are given by their place, instead of those of its materials.
+    pub materials: Option<u32>,
     /// How lanes count.
     pub atomics: AtomicStrategy,
     /// Lanes of a workgroup, in pixels; its product is that of workgroups over lists.
@@ -89,6 +96,32 @@ choices! {
         Uber = "uber",
         /// One per material, over hits sorted by material.
         VisibilityBuffer = "visibility-buffer",
+        /// One per material, the closest-hit shader of a ray-tracing pipeline.
+        Pipeline = "pipeline",
+        /// The same, from pipeline libraries, which are not linked into one shader.
+        PipelineLibrary = "pipeline-library",
+    }
+}
+
+impl HitShading {
+    /// Whether it is that of a ray-tracing pipeline.
+    pub fn is_pipeline(self) -> bool {
+        matches!(self, Self::Pipeline | Self::PipelineLibrary)
+    }
+
+    /// Whether a driver may link its shaders into one.
+    pub(crate) fn is_linkable(self) -> bool {
+        self == Self::Pipeline
+    }
+}
+
+choices! {
+    /// Which shader of a ray-tracing pipeline sends the shadow ray of a hit, by a ray query.
+    SecondaryQuery {
+        /// Ray generation, when the closest-hit shader has answered.
+        RayGeneration = "ray-generation",
+        /// The closest-hit shader.
+        HitShader = "hit-shader",
     }
 }
 
@@ -100,10 +133,15 @@ pub(super) struct ReflectionsFile {
     binning: Spanned<String>,
     query_origin: Spanned<String>,
     hit_shading: Spanned<String>,
+    secondary_query: Option<Spanned<String>>,
     atomics: Spanned<String>,
     workgroup: Sourced<[u32; 2]>,
 }
 
+/// Bytes of a payload: no more than the registers of a lane hold.
+pub(super) const PAYLOAD_BYTES: RangeInclusive<u32> = 4..=1024;
+/// Shaders of a scene: at most one for each cell of its box.
+const MATERIALS: RangeInclusive<u32> = 1..=512;
 /// Lanes that a workgroup of Vulkan may have at least (`maxComputeWorkGroupInvocations`).
 const MOST_LANES: u32 = 1024;
 
@@ -129,6 +167,12 @@ impl Reflections {
             })?,
             query_origin: choice(file, "query_origin", &raw.query_origin, QueryOrigin::from_name)?,
             hit_shading: choice(file, "hit_shading", &raw.hit_shading, HitShading::from_name)?,
+            secondary_query: match &raw.secondary_query {
+                Some(name) => choice(file, "secondary_query", name, SecondaryQuery::from_name)?,
+                None => SecondaryQuery::RayGeneration,
+            },
+            payload_bytes: None,
+            materials: None,
             atomics: choice(file, "atomics", &raw.atomics, AtomicStrategy::from_name)?,
             workgroup,
         };
@@ -142,6 +186,19 @@ impl Reflections {
     /// # Errors
     /// A sentence without a subject.
     pub fn check(&self) -> Result<(), &'static str> {
+        if self.payload_bytes.is_some_and(|bytes| !PAYLOAD_BYTES.contains(&bytes)) {
+            return Err("has a payload of other than 4 to 1024 bytes");
+        }
+        if self.materials.is_some_and(|materials| !MATERIALS.contains(&materials)) {
+            return Err("has other than 1 to 512 materials");
+        }
+        let of_pipelines =
+            self.payload_bytes.is_some() || self.secondary_query != SecondaryQuery::RayGeneration;
+        if of_pipelines && !self.hit_shading.is_pipeline() {
+            return Err(
+                "has a payload or hit shaders, and no pipeline: hit_shading is none of pipeline and pipeline-library",
+            );
+        }
         if self.launch == Launch::Pixel && self.binning != Binning::None {
             return Err("bins rays that no buffer lists: launch = \"pixel\"");
         }
@@ -152,6 +209,11 @@ impl Reflections {
             return Err("starts rays where a march ended, and there is none: screen_space = \"none\"");
         }
         Ok(())
+    }
+
+    /// Whether its rays are those of a pipeline whose hit shaders send ray queries.
+    pub fn sends_hit_queries(&self) -> bool {
+        self.hit_shading.is_pipeline() && self.secondary_query == SecondaryQuery::HitShader
     }
 
     /// The passes of a frame, in order.

@@ -1,6 +1,7 @@
 //! What the passes of reflections cost in operations: marches on the screen, compaction, sort, materials.
 
 use super::costs::{Cost, TaggedCostFile};
+use super::reflection_technique::PAYLOAD_BYTES;
 use super::sourced::{File, Sourced, Tag, tags};
 use crate::error::Error;
 use serde::Deserialize;
@@ -75,8 +76,39 @@ pub struct ReflectionCosts {
     pub texture: Cost,
     /// What a ray that hits nothing shows.
     pub sky: Cost,
+    /// Entries of two uber shaders, and the instructions that a compiler made of each, without nops.
+    pub uber_sizes: [[u32; 2]; 2],
+    /// What a ray-tracing pipeline adds.
+    pub pipeline: PipelineCosts,
     /// What the passes hold.
     pub registers: ReflectionRegisters,
+}
+
+impl ReflectionCosts {
+    /// Instructions of an uber shader of so many materials, by the line through the two that were compiled.
+    pub fn uber_instructions(&self, entries: u32) -> f64 {
+        let [[few, of_few], [more, of_more]] = self.uber_sizes.map(|pair| pair.map(f64::from));
+        of_few + (of_more - of_few) / (more - few) * (f64::from(entries) - few)
+    }
+}
+
+/// What a ray-tracing pipeline does beside what an uber shader does.
+#[derive(Clone, Copy, Debug)]
+pub struct PipelineCosts {
+    /// A call of a shader and its return, arguments moved; without loads and stores.
+    pub call: Cost,
+    /// Bytes of a shader's record that a call reads.
+    pub record_bytes: u32,
+    /// Bytes of a ray's payload where ray generation sends the shadow ray.
+    pub payload_bytes: u32,
+    /// Bytes of a ray's payload where the closest-hit shader sends it.
+    pub shaded_payload_bytes: u32,
+    /// Bytes of a lane that ray generation keeps across a trace.
+    pub live_bytes: u32,
+    /// Registers of four words that a called shader stores and loads again.
+    pub saved_registers: u32,
+    /// Registers of four words that a lane holds where shaders are called.
+    pub registers: u32,
 }
 
 /// Registers of four words per lane that passes of reflections hold.
@@ -130,7 +162,21 @@ pub(super) struct ReflectionsFile {
     glossy: TaggedCostFile,
     texture: TaggedCostFile,
     sky: TaggedCostFile,
+    uber_sizes: Sourced<[[u32; 2]; 2]>,
+    pipeline: PipelineFile,
     registers: RegistersFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PipelineFile {
+    call: TaggedCostFile,
+    record_bytes: Sourced<u32>,
+    payload_bytes: Sourced<u32>,
+    shaded_payload_bytes: Sourced<u32>,
+    live_bytes: Sourced<u32>,
+    saved_registers: Sourced<u32>,
+    registers: Sourced<u32>,
 }
 
 #[derive(Deserialize)]
@@ -178,7 +224,34 @@ pub(super) fn reflections(file: &File<'_>, raw: &ReflectionsFile) -> Result<Refl
         glossy: cost("glossy", &raw.glossy)?,
         texture: cost("texture", &raw.texture)?,
         sky: cost("sky", &raw.sky)?,
+        uber_sizes: uber_sizes(file, &raw.uber_sizes)?,
+        pipeline: pipeline(file, &raw.pipeline)?,
         registers: registers(file, &raw.registers)?,
+    })
+}
+
+fn uber_sizes(file: &File<'_>, raw: &Sourced<[[u32; 2]; 2]>) -> Result<[[u32; 2]; 2], Error> {
+    const KEY: &str = "reflections.uber_sizes";
+    let sizes = *file.sourced(KEY, raw)?;
+    let [[few, _], [more, _]] = sizes;
+    if few >= more {
+        let problem = format!("are of {few} and {more} entries, expected more in the second");
+        return Err(file.refuse(KEY, &raw.value.span(), problem, "correct the value"));
+    }
+    Ok(sizes)
+}
+
+fn pipeline(file: &File<'_>, raw: &PipelineFile) -> Result<PipelineCosts, Error> {
+    let key = |field: &str| format!("reflections.pipeline.{field}");
+    let bytes = |field: &str, raw: &Sourced<u32>| file.within(&key(field), raw, PAYLOAD_BYTES);
+    Ok(PipelineCosts {
+        call: raw.call.read(file, &key("call"))?,
+        record_bytes: bytes("record_bytes", &raw.record_bytes)?,
+        payload_bytes: bytes("payload_bytes", &raw.payload_bytes)?,
+        shaded_payload_bytes: bytes("shaded_payload_bytes", &raw.shaded_payload_bytes)?,
+        live_bytes: bytes("live_bytes", &raw.live_bytes)?,
+        saved_registers: file.within(&key("saved_registers"), &raw.saved_registers, REGISTERS)?,
+        registers: file.within(&key("registers"), &raw.registers, REGISTERS)?,
     })
 }
 

@@ -40,6 +40,7 @@ pub const TECHNIQUES: &[BuiltinTechnique] = &[
     builtin!("reflections-hybrid-position"),
     builtin!("reflections-hybrid-position-sign"),
     builtin!("reflections-visibility-buffer"),
+    builtin!("reflections-pipeline"),
 ];
 
 /// Bytes of a vertex's position, and of its normal.

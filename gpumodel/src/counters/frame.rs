@@ -153,6 +153,8 @@ counters! {
         pub atomic_clocks: u64,
         /// Compute dispatches, those of no workgroup among them.
         pub dispatches: u64,
+        /// Shaders of a ray-tracing pipeline that warps called.
+        pub shader_calls: u64,
     }
 }
 
@@ -453,6 +455,8 @@ pub struct FrameCounters {
     pub schedule: ScheduleCounters,
     /// Traversals ended by their loop bound.
     pub stalls: u64,
+    /// Shaders of the scene's materials, hit or not, in a frame of reflections; 0 in others.
+    pub materials: u32,
 }
 
 impl FrameCounters {

@@ -308,6 +308,14 @@ pub const COUNTERS: &[CounterInfo] = &[
         "",
     ),
     row(
+        "shader_calls",
+        "Shader Calls",
+        SHADERS,
+        "calls",
+        "shaders of a ray-tracing pipeline that warps call, each warp once for each distinct one; none where they are linked",
+        "",
+    ),
+    row(
         "alu_per_fragment",
         "ALU / Fragment",
         SHADERS,

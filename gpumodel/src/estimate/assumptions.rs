@@ -1,9 +1,12 @@
 //! What an estimate assumes, in sentences.
 
 use super::has_rays;
-use crate::config::{Atomics, Attachments, Launch, RayScheduling, Reflections, Stage, has_secondary};
+use crate::config::{
+    Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, Reflections, Stage, has_secondary,
+};
 use crate::counters::Pass;
 use crate::layout::{NodeRecords, PrimitiveOrder};
+use crate::reflections::pipeline::{Binding, Pipeline};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use tracer::{Accel, LoopStructure, RayKind, TraceHeader};
 
@@ -42,7 +45,7 @@ pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &Re
         format!("Nodes lie in {} order.", config.node_order.name()),
         resident(replayed, config),
     ];
-    sentences.extend(technique_assumptions(header, config));
+    sentences.extend(technique_assumptions(replayed, header, config));
     match config.node_records {
         NodeRecords::Packed => {}
         NodeRecords::Padded => {
@@ -143,7 +146,7 @@ pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &Re
     sentences
 }
 
-fn technique_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
+fn technique_assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
     let mut sentences = Vec::new();
     let estimates = config.technique.estimates();
     if !estimates.is_empty() {
@@ -151,6 +154,7 @@ fn technique_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<Str
     }
     if let Some(reflections) = &config.technique.reflections {
         sentences.extend(reflections_assumptions(reflections, config));
+        sentences.extend(pipeline_assumptions(reflections, replayed, config));
         return sentences;
     }
     match config.technique.stage {
@@ -215,6 +219,44 @@ fn reflections_assumptions(reflections: &Reflections, config: &ReplayConfig) -> 
         let keys = config.costs.reflection_estimates().join(", ");
         format!("Estimated operation counts of the cost table, for passes of reflections: {keys}.")
     }));
+    sentences
+}
+
+fn pipeline_assumptions(
+    reflections: &Reflections,
+    replayed: &Replayed,
+    config: &ReplayConfig,
+) -> Vec<String> {
+    let of_pipeline = config.costs.reflections().and_then(|costs| {
+        Pipeline::of(reflections, &config.gpu, costs.pipeline, replayed.counters.materials)
+    });
+    let Some(pipeline) = of_pipeline else { return Vec::new() };
+    let why = match config.gpu.ray_pipeline {
+        _ if reflections.hit_shading == HitShading::PipelineLibrary => {
+            "as they come from libraries".to_owned()
+        }
+        None => "as nothing is known of what its driver links".to_owned(),
+        Some(RayPipeline { linked_shaders, inlined_shaders, .. }) => {
+            format!("as the driver links up to {linked_shaders} and inlines up to {inlined_shaders}")
+        }
+    };
+    let bound = match pipeline.binding {
+        Binding::Linked => format!(
+            "are one shader, {why}: a switch that costs what an uber shader does, and the read of a shader record of each ray"
+        ),
+        Binding::Called => format!(
+            "are called, {why}: ray generation keeps what it needs in stack memory, called shaders save registers there and leave the payload of {} bytes there",
+            pipeline.payload_bytes
+        ),
+    };
+    let mut sentences =
+        vec![format!("The {} shaders of the ray-tracing pipeline {bound}.", pipeline.shaders)];
+    if config.gpu.emulates(&config.technique) {
+        sentences.push(
+            "Hit shaders send ray queries, so the driver has shaders walk all rays of the pipeline, without the ray unit."
+                .to_owned(),
+        );
+    }
     sentences
 }
 

@@ -48,8 +48,8 @@ pub(super) fn phases(technique: &Technique) -> &'static [&'static [Pass]] {
         None => &OF_A_FRAME,
         Some(reflections) => match (reflections.launch, reflections.hit_shading) {
             (_, HitShading::VisibilityBuffer) => &BY_MATERIAL,
-            (Launch::Pixel, HitShading::Uber) => &IN_PLACE,
-            (Launch::Buffer, HitShading::Uber) => &LISTED,
+            (Launch::Pixel, _) => &IN_PLACE,
+            (Launch::Buffer, _) => &LISTED,
         },
     }
 }

@@ -76,6 +76,12 @@ impl PassValues<'_> {
             }
             "atomics" => Value::Count(issue.atomics),
             "dispatches" => Value::Count(issue.dispatches),
+            "shader_calls" => match &self.frame.config.technique.reflections {
+                Some(reflections) if reflections.hit_shading.is_pipeline() => {
+                    Value::Count(issue.shader_calls)
+                }
+                _ => Value::absent("this technique has no ray-tracing pipeline"),
+            },
             "alu_per_fragment" => Value::ratio(issue.alu_active as f64, fragments, NO_FRAGMENTS),
             "alu_issued_per_fragment" => Value::ratio(issue.alu_issued as f64, fragments, NO_FRAGMENTS),
             "efu_per_fragment" => Value::ratio(issue.efu_active as f64, fragments, NO_FRAGMENTS),

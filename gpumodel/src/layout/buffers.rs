@@ -184,6 +184,8 @@ pub(crate) struct Buffers {
     pub(crate) stack_base_line: u32,
     /// Lines of the stacks of one resident warp.
     pub(crate) stack_stride_lines: u32,
+    /// Where a warp's call frames begin in its stack, in bytes.
+    call_frames: u64,
     /// Positions in the leaves.
     positions: u32,
     /// Per position, the triangle record; empty where triangles lie in leaf order.
@@ -332,6 +334,7 @@ impl Buffers {
             shading_kind,
             stack_base_line: (stack_base >> private_line.log2()) as u32,
             stack_stride_lines: (stack_stride >> private_line.log2()) as u32,
+            call_frames: 0,
             positions: references as u32,
             record_of_position,
             record_of_triangle,
@@ -351,6 +354,25 @@ impl Buffers {
             image_bytes,
             end: next,
         })
+    }
+
+    /// Gives each of so many warps `bytes` of stack memory beside those of its traversals. All stacks then lie behind the other buffers.
+    pub(crate) fn add_call_frames(&mut self, bytes: u64, warps: u32, private_line: LineSize) {
+        if bytes == 0 {
+            return;
+        }
+        let line = private_line.bytes();
+        self.call_frames = u64::from(self.stack_stride_lines) * line;
+        let stride = (self.call_frames + bytes).next_multiple_of(line);
+        self.stack_base_line = (self.end >> private_line.log2()) as u32;
+        self.stack_stride_lines = (stride >> private_line.log2()) as u32;
+        self.sizes.stack = stride * u64::from(warps);
+        self.end = (self.end + self.sizes.stack).next_multiple_of(ALIGNMENT);
+    }
+
+    /// Where 16 bytes of a warp's call frames are, from where its stack begins, in bytes.
+    pub(crate) fn call_frame(&self, place: u32) -> u64 {
+        self.call_frames + u64::from(place) * VEC4_BYTES
     }
 
     /// What the cores need to know of them.

@@ -6,6 +6,7 @@ use super::listing::Listing;
 use super::lists::Lists;
 use super::maps::MapPainter;
 use super::march::MarchPass;
+use super::pipeline::Pipeline;
 use super::prices::Prices;
 use super::rays::{From, Hits, OfPiece, RayPass};
 use super::sort::SortPass;
@@ -32,6 +33,8 @@ pub(super) struct Replay<'a, 'f> {
     prices: Prices<'a>,
     atomics: &'a Atomics,
     lanes: Lanes,
+    /// Whose shaders shade hits, in a technique of one.
+    pipeline: Option<Pipeline>,
     benches: Benches,
     maps: Maps,
 }
@@ -57,7 +60,9 @@ impl<'a, 'f> Replay<'a, 'f> {
     ) -> Self {
         let warp_width = config.gpu.cores.warp_width;
         let lanes = Lanes::new(size(frame.reflections), technique.workgroup, warp_width);
-        Self { frame, config, technique, prices, atomics, lanes, benches: Benches::default(), maps }
+        let pipeline = Pipeline::of(technique, &config.gpu, prices.costs.pipeline, shaders(frame));
+        let benches = Benches::default();
+        Self { frame, config, technique, prices, atomics, lanes, pipeline, benches, maps }
     }
 
     pub(super) fn run(&self) -> Result<ReplayedReflections, Error> {
@@ -69,7 +74,10 @@ impl<'a, 'f> Replay<'a, 'f> {
         let registers = &prices.costs.registers;
         let (shadows, shading, own) = match technique.hit_shading {
             HitShading::VisibilityBuffer => (Shadows::None, None, registers.query),
-            HitShading::Uber => (Shadows::Traced, Some(Pass::Reflection), registers.uber),
+            HitShading::Uber | HitShading::Pipeline | HitShading::PipelineLibrary => {
+                let of_pipeline = self.pipeline.map(|pipeline| pipeline.registers(registers.uber));
+                (Shadows::Traced, Some(Pass::Reflection), of_pipeline.unwrap_or(registers.uber))
+            }
         };
         // In one shader, the march is another part of it.
         let own = if technique.launch == Launch::Pixel { own.max(self.march_registers()) } else { own };
@@ -107,6 +115,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         if sorts {
             header.ray_sets = self.shade_by_material(&listing, &hits, &lists, &mut running)?;
         }
+        running.counters.materials = shaders(self.frame);
         running.counters.stalls = tracing.rays.stalls();
         let (maps, heat) = running.maps.take().map(MapPainter::finish).unzip();
         let replayed = Replayed { maps: heat, ..self.finish(tracing, &lists, running) };
@@ -138,7 +147,10 @@ impl<'a, 'f> Replay<'a, 'f> {
         let warps = self.resident_warps(registers(header, config)?.max(own_registers))?;
         let (hierarchy, paths) = caches(gpu, gpu.ray_unit_for(header).is_some())?;
         let lines = [paths.traversal, paths.private].map(|path| hierarchy.granule(path));
-        let buffers = Buffers::new(&rays, config, gpu.cores.count * warps, lines[0], lines[1])?;
+        let mut buffers = Buffers::new(&rays, config, gpu.cores.count * warps, lines[0], lines[1])?;
+        if let Some(pipeline) = &self.pipeline {
+            buffers.add_call_frames(pipeline.stack_bytes(), gpu.cores.count * warps, lines[1]);
+        }
         let program = Program::new(header, rays.topology(), buffers, config)?.over_list(known, shading);
         let walk = Walk::new(header, rays.topology(), config);
         let lane_map = LaneMap::new(gpu, header.frame, config.technique.stage);
@@ -152,11 +164,8 @@ impl<'a, 'f> Replay<'a, 'f> {
             if technique.screen_space == ScreenSpace::Hierarchical { gbuffer.depth().levels() } else { 1 };
         let levels: Vec<(u32, u32)> = (0..levels).map(|level| gbuffer.depth().size(level).into()).collect();
         let rays = frame.reflections.rays().len() as u32;
-        Lists::new(tracing.program.buffers.end, &levels, rays, self.shaders(), by_material)
-    }
-
-    fn shaders(&self) -> u32 {
-        self.frame.shaders.iter().max().map_or(0, |&last| last + 1)
+        let lists = (by_material, self.pipeline.map_or(0, |pipeline| pipeline.record_bytes()));
+        Lists::new(tracing.program.buffers.end, &levels, rays, shaders(frame), lists)
     }
 
     /// Empty cores and cold caches.
@@ -248,6 +257,7 @@ impl<'a, 'f> Replay<'a, 'f> {
             width: size(frame.reflections).0,
             shaders: frame.shaders,
             from,
+            pipeline: self.pipeline.as_ref(),
             hits,
             pass,
             maps: *maps,
@@ -288,7 +298,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         let gpu = &config.gpu;
         let shader = |&triangle: &u32| (triangle < NOT_CAST).then(|| frame.shaders[triangle as usize]);
         let elements: Vec<u32> = hits.iter().map(|hit| bucket_of(shader(hit))).collect();
-        let buckets = self.shaders() + 1;
+        let buckets = shaders(frame) + 1;
         let sort = BucketSort {
             buckets,
             warp_width: gpu.cores.warp_width as usize,
@@ -368,6 +378,11 @@ impl<'a, 'f> Replay<'a, 'f> {
         buffers.record = lists.record_bytes;
         Replayed { counters, maps: None, structure_bytes, buffers, resident_warps, phases, timed }
     }
+}
+
+/// Shaders of the scene's materials.
+fn shaders(frame: &ReflectionFrame<'_>) -> u32 {
+    frame.shaders.iter().max().map_or(0, |&last| last + 1)
 }
 
 /// By lane of the dispatches over buckets, one after the other and each of whole workgroups: the place in the sorted list and the element there.

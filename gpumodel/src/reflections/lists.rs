@@ -7,6 +7,7 @@
 //! | hits: barycentrics, triangle, pixel; shader; position | [`HIT_BYTES`], [`ID_BYTES`], [`POSITION_BYTES`] | place in the list of rays |
 //! | hits by material | [`ID_BYTES`] | place in the sorted list |
 //! | materials | [`MATERIAL_BYTES`] | shader |
+//! | shader records of a ray-tracing pipeline | by the cost table | hit group |
 //! | counters | 4 bytes | the list's, its dispatch's, then those of buckets |
 
 use crate::layout::PIXEL_BYTES;
@@ -43,6 +44,7 @@ pub(super) struct Lists {
     positions: u64,
     order: u64,
     materials: u64,
+    group_records: u64,
     counters: u64,
     /// Behind the last list.
     pub(super) end: u64,
@@ -68,8 +70,14 @@ impl Image {
 
 impl Lists {
     /// From address `base` on, of a frame whose pyramid has levels of these sizes, level 0 the frame's own. Without hits by material there
-    /// are none of their lists.
-    pub(super) fn new(base: u64, levels: &[(u32, u32)], rays: u32, shaders: u32, by_material: bool) -> Self {
+    /// are none of their lists; `group_records` are the bytes of the shader records of a pipeline.
+    pub(super) fn new(
+        base: u64,
+        levels: &[(u32, u32)],
+        rays: u32,
+        shaders: u32,
+        (by_material, group_records): (bool, u64),
+    ) -> Self {
         let mut next = base.next_multiple_of(ALIGNMENT);
         let start = next;
         let mut place = |bytes: u64| {
@@ -93,6 +101,7 @@ impl Lists {
         let [hits, ids, positions, order] =
             [HIT_BYTES, ID_BYTES, POSITION_BYTES, ID_BYTES].map(|bytes| place(listed(bytes)));
         let materials = place(u64::from(shaders) * MATERIAL_BYTES);
+        let group_records = place(group_records);
         // The list's counter, its dispatch's size; sizes and offsets of the buckets.
         let counters = place((2 + 2 * u64::from(shaders + 1)) * ID_BYTES);
         Self {
@@ -107,6 +116,7 @@ impl Lists {
             positions,
             order,
             materials,
+            group_records,
             counters,
             end: next,
             image_bytes: first_record - start,
@@ -144,6 +154,11 @@ impl Lists {
         self.materials + u64::from(shader) * MATERIAL_BYTES
     }
 
+    /// The record of a hit group, or of the misses (0), of so many bytes.
+    pub(super) fn group_record(&self, group: u32, bytes: u32) -> u64 {
+        self.group_records + u64::from(group * bytes)
+    }
+
     /// The list's counter (0), its dispatch's size (1), or from 2 on those of buckets.
     pub(super) fn counter(&self, counter: u32) -> u64 {
         self.counters + u64::from(counter) * ID_BYTES
@@ -158,7 +173,7 @@ mod tests {
     #[test]
     fn no_two_things_lie_in_one_place() {
         let levels = [(37, 21), (19, 11), (10, 6)];
-        let lists = Lists::new(1234, &levels, 777, 5, true);
+        let lists = Lists::new(1234, &levels, 777, 5, (true, 6 * 32));
         let mut bytes = BTreeSet::new();
         let mut take = |address: u64, size: u64| {
             assert!(address >= 1234 && address + size <= lists.end);
@@ -178,6 +193,7 @@ mod tests {
             take(lists.sorted(place), ID_BYTES);
         }
         (0..5).for_each(|shader| take(lists.material(shader), MATERIAL_BYTES));
+        (0..6).for_each(|group| take(lists.group_record(group, 32), 32));
         (0..2 + 2 * 6).for_each(|counter| take(lists.counter(counter), ID_BYTES));
     }
 }

@@ -11,6 +11,9 @@ mod listing;
 mod lists;
 mod maps;
 mod march;
+pub(crate) mod pipeline;
+#[cfg(test)]
+mod pipeline_tests;
 mod prices;
 mod rays;
 mod sort;
@@ -92,6 +95,10 @@ pub fn replay_reflections(
         problem: "it has no [atomics]".to_owned(),
         remedy: "add it, as configs/gpus/mali-g715.toml has".to_owned(),
     })?;
+    if config.gpu.emulates(&config.technique) && config.gpu.ray_unit.is_some() {
+        let problem = "sends ray queries from hit shaders, which its GPU emulates without its ray unit";
+        return Err(refuse(config, problem, "take ray_unit away from its GPU"));
+    }
     frame::Replay::new(frame, config, technique, (prices, atomics), maps).run()
 }
 

@@ -19,7 +19,7 @@ impl<'a> Prices<'a> {
         Some(Self { shared: &table.shared, secondary, costs })
     }
 
-    fn with_loads(&self, parts: &[Cost], loads: u32) -> Cost {
+    pub(super) fn with_loads(&self, parts: &[Cost], loads: u32) -> Cost {
         let mut sum = self.shared.address.times(loads);
         parts.iter().for_each(|&part| sum += part);
         sum

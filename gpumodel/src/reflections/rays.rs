@@ -4,6 +4,7 @@ use super::dispatch::Bench;
 use super::lists::{HIT_BYTES, ID_BYTES, LOAD_BYTES, Lists, MATERIAL_BYTES, POSITION_BYTES, RAY_BYTES};
 use super::maps::{LaneSlots, PieceCosts};
 use super::march::MarchPass;
+use super::pipeline::Pipeline;
 use super::prices::Prices;
 use crate::counters::Pass;
 use crate::error::Error;
@@ -47,6 +48,8 @@ pub(super) struct RayPass<'a> {
     /// By triangle, its shader.
     pub(super) shaders: &'a [u32],
     pub(super) from: From<'a>,
+    /// Whose shaders shade hits; otherwise they do so in a switch.
+    pub(super) pipeline: Option<&'a Pipeline>,
     pub(super) hits: Hits,
     /// What is not the traversal's: reading lists, shading, storing.
     pub(super) pass: Pass,
@@ -107,17 +110,26 @@ impl RayPass<'_> {
         first: u32,
         hits: &[u32],
     ) -> Result<Vec<u32>, String> {
-        let Self { program, prices, lists, rays, pass, .. } = self;
-        let lanes = || warp.rays.iter().copied().filter(|&ray| ray != HELPER);
+        let Self { program, prices, lists, rays, pass, shaders, .. } = self;
+        let with_rays = || warp.rays.iter().copied().filter(|&ray| ray != HELPER);
         let places: Vec<u32> =
-            lanes().map(|ray| first + ray).filter(|&place| rays.pixel(place).is_some()).collect();
+            with_rays().map(|ray| first + ray).filter(|&place| rays.pixel(place).is_some()).collect();
         self.begin(emitter, warp, &places, first);
+        let lanes: Vec<u32> = self.pipeline.map_or_else(Vec::new, |_| self.lanes(warp, first));
+        if let Some(pipeline) = self.pipeline {
+            pipeline.before_trace(self, emitter, &lanes);
+        }
         emitter.trace_rays(program, warp)?;
         if !places.is_empty() {
             let hit_by: Vec<u32> = places.iter().map(|&place| hits[(place - first) as usize]).collect();
             match self.hits {
                 Hits::Shaded => {
-                    self.shade(emitter, &hit_by);
+                    let shader = |&triangle: &u32| (triangle < NOT_CAST).then(|| shaders[triangle as usize]);
+                    let hits: Vec<Option<u32>> = hit_by.iter().map(shader).collect();
+                    match self.pipeline {
+                        None => self.shade(emitter, &hits),
+                        Some(pipeline) => pipeline.shade(self, emitter, &lanes, &hits),
+                    }
                     let colour = (BufferKind::Image, true, PIXEL_BYTES as u32);
                     let pixels = places.iter().filter_map(|&place| rays.pixel(place));
                     let addresses =
@@ -183,11 +195,16 @@ impl RayPass<'_> {
         }
     }
 
-    /// A switch over the shaders of a warp's hits: each is executed for its own lanes alone.
-    fn shade(&self, emitter: &mut Emitter, hits: &[u32]) {
-        let Self { program, prices, lists, pass, shaders, .. } = self;
-        let hit = |&triangle: &u32| (triangle < NOT_CAST).then(|| shaders[triangle as usize]);
-        let of_hits: Vec<u32> = hits.iter().filter_map(hit).collect();
+    /// The lanes of a warp that have a ray.
+    fn lanes(&self, warp: &WarpSteps, first: u32) -> Vec<u32> {
+        let has_ray = |ray: u32| ray != HELPER && self.rays.pixel(first + ray).is_some();
+        (0..).zip(&warp.rays).filter(|&(_, &ray)| has_ray(ray)).map(|(lane, _)| lane).collect()
+    }
+
+    /// A switch over the shaders of a warp's hits, `None` of a miss: each is executed for its own lanes alone.
+    pub(super) fn shade(&self, emitter: &mut Emitter, hits: &[Option<u32>]) {
+        let Self { program, prices, lists, pass, .. } = self;
+        let of_hits: Vec<u32> = hits.iter().flatten().copied().collect();
         let misses = hits.len() - of_hits.len();
         if misses > 0 {
             program.spend(prices.sky(), 1, misses as u64, emitter.issue(*pass));
@@ -207,7 +224,7 @@ impl RayPass<'_> {
     }
 
     /// Loads or stores of records of so many bytes, at most 16 at a time.
-    fn records(
+    pub(super) fn records(
         &self,
         emitter: &mut Emitter,
         write: bool,

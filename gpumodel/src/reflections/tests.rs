@@ -18,13 +18,13 @@ use tracer::{
 /// Not a multiple of a tile, a warp or a workgroup.
 const SIZE: (u32, u32) = (75, 45);
 
-fn config(technique: &str) -> ReplayConfig {
+pub(super) fn config(technique: &str) -> ReplayConfig {
     let gpu = Gpu::builtin("mali-g715").expect("built in").expect("sound");
     ReplayConfig { technique: mock::technique(technique), ..mock::config(gpu) }
 }
 
 /// Hands `use_it` the reflections of the Cornell Box, every second triangle of which is a mirror and the others rough, with or without a march.
-fn cornell<T>(
+pub(super) fn cornell<T>(
     march: Option<March>,
     use_it: impl FnOnce(&AccelerationStructure, &ReflectionFrame<'_>) -> T,
 ) -> T {
@@ -53,11 +53,12 @@ fn cornell<T>(
     use_it(&structure, &frame)
 }
 
-fn kept(frame: &ReflectionFrame<'_>, config: &ReplayConfig) -> ReplayedReflections {
+pub(super) fn kept(frame: &ReflectionFrame<'_>, config: &ReplayConfig) -> ReplayedReflections {
     replay_reflections(frame, config, Maps::Kept).expect("a real frame")
 }
 
-const TECHNIQUES: [(&str, Option<March>); 4] = [
+const TECHNIQUES: [(&str, Option<March>); 5] = [
+    ("reflections-pipeline", None),
     ("reflections-direct", None),
     ("reflections-hybrid-direct", Some(March::HIERARCHICAL)),
     ("reflections-hybrid-sign", Some(March::HIERARCHICAL)),

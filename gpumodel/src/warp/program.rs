@@ -372,6 +372,11 @@ impl Program {
         (cost, steps)
     }
 
+    /// What a warp issues to fetch the attributes of what rays hit.
+    pub(crate) fn hit_shade(&self) -> Cost {
+        self.hit_shade
+    }
+
     /// What a warp issues before the steps of a ray set.
     pub(super) fn setup(&self, kind: RayKind) -> Cost {
         self.setups[kind as usize]
@@ -391,6 +396,7 @@ impl Program {
         match kind {
             BufferKind::Image | BufferKind::Attachment if !write => self.texture_line_shift,
             BufferKind::Counter => self.counter_line_shift,
+            BufferKind::Stack => self.buffers.tree.stack_line_shift,
             _ => self.image_line_shift,
         }
     }

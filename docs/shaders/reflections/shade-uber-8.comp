@@ -1,0 +1,3 @@
+// Eight materials. Registers and instructions are counted here.
+#define ENTRIES 8
+#include "reflections/uber.glsl"
