@@ -11,7 +11,7 @@ use reports::heat_map::{Panel, Panels, ScaleEnd, write_panels_png};
 use reports::{Inputs, lane_use};
 
 /// Panels of one picture, at most and side by side.
-pub(crate) const MOST_PANELS: usize = 12;
+pub(crate) const MOST_PANELS: usize = 16;
 const PANEL_COLUMNS: usize = 4;
 
 /// Maps of one frame.
