@@ -428,13 +428,26 @@ impl Interleaver {
     }
 }
 
+/// Numbers that are compared at once.
+const AT_ONCE: usize = 8;
+
 /// The place of the least of some numbers, the first of them if there are several.
+///
+/// First the number, then its place: neither has to wait for one comparison after the other.
 fn first_of(times: &[f64]) -> usize {
-    let (mut first, mut least) = (0, times[0]);
-    for (place, &time) in times.iter().enumerate().skip(1) {
-        if time < least {
-            (first, least) = (place, time);
+    let (chunks, rest) = times.as_chunks::<AT_ONCE>();
+    let lesser = |a: f64, b: f64| if b < a { b } else { a };
+    let mut leasts = [f64::INFINITY; AT_ONCE];
+    for chunk in chunks {
+        leasts = std::array::from_fn(|lane| lesser(leasts[lane], chunk[lane]));
+    }
+    let least = leasts.iter().chain(rest).copied().fold(f64::INFINITY, lesser);
+    let among = |numbers: &[f64]| numbers.iter().position(|&time| time <= least);
+    for (number, chunk) in chunks.iter().enumerate() {
+        let any = chunk.iter().fold(false, |any, &time| any | (time <= least));
+        if any {
+            return number * AT_ONCE + among(chunk).unwrap_or(0);
         }
     }
-    first
+    chunks.len() * AT_ONCE + among(rest).unwrap_or(0)
 }
