@@ -183,15 +183,6 @@ fn what_cannot_be_is_refused_with_its_reason() {
     assert!(rough.contains("no surface is smooth enough") && rough.contains("--force mirror"), "{rough}");
 }
 
-#[test]
-fn a_trace_is_of_pixels_and_says_so() {
-    let dir = folder();
-    let trace = dir.path().join("cornell.rbt");
-    raybudget(["trace", "cornell", "--size", "32x32", "-o", arg(&trace)]).ok();
-    let message = raybudget(["replay", arg(&trace), "--technique", "reflections-hybrid"]).refused();
-    assert!(message.contains("use profile or compare"), "{message}");
-}
-
 /// Width, height and pixels of a picture.
 fn decoded(path: &Path) -> (u32, u32, Vec<u8>) {
     let file = std::io::BufReader::new(fs::File::open(path).expect("a picture"));
@@ -305,6 +296,8 @@ fn what_a_trace_of_reflections_does_not_tell_is_refused() {
     let direct = ["--technique", "reflections-direct"];
     let materials = refused(&trace, &[&direct[..], &["--materials", "4"]].concat());
     assert!(materials.contains("--materials 4") && materials.contains("profile the scene"), "{materials}");
+    let sampled = refused(&trace, &[&direct[..], &["--fidelity", "sampled"]].concat());
+    assert!(sampled.contains("lists them anew"), "{sampled}");
     let rough = dir.path().join("rough.rbt");
     raybudget(["trace", "teapot", "--size", "32x32", "-o", arg(&rough)]).ok();
     let none = refused(&rough, &direct);
