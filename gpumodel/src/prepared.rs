@@ -39,7 +39,7 @@ impl<'a> Prepared<'a> {
                     "a trace has the rays of each pixel, and {} lists them anew",
                     config.technique.name
                 ),
-                remedy: "use profile or compare, on the scene itself".to_owned(),
+                remedy: "use --fidelity replay, on a trace with reflection rays or on the scene itself".to_owned(),
             });
         }
         let gpu = &config.gpu;
