@@ -52,6 +52,7 @@ impl Recorded {
             raster: false,
             normals: true,
             forced: Vec::new(),
+            alpha: None,
             accel,
             traversal: traversal.to_owned(),
             node_format: None,

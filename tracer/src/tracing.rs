@@ -75,6 +75,7 @@ pub(crate) fn header(
         raster: false,
         normals: true,
         forced: Vec::new(),
+        alpha: structure.alpha().cloned(),
         accel: traversal.accel(),
         traversal: traversal.name().to_owned(),
         node_format: traversal.node_format(),

@@ -4,7 +4,7 @@
 //! [`super::shape`].
 
 use super::ray_steps::{decode_steps, encode_steps};
-use crate::observe::{NodeFetch, Op};
+use crate::observe::{DECIDED_BY_MICROMAP, NodeFetch, Op};
 use crate::raster::TileDraw;
 use crate::ray::{NO_HIT, NOT_CAST};
 use crate::topology::Topology;
@@ -153,9 +153,18 @@ pub(super) struct Limits {
     /// Per ray set, whether its hits say nothing of rays that were not cast.
     pub(super) plain_sets: Vec<bool>,
     pub(super) raster: bool,
+    /// Bits of an any-hit step's id that are no part of the position.
+    pub(super) any_hit_flags: u32,
 }
 
 impl Limits {
+    /// Whether a step may have an id that fits into a step.
+    #[inline(always)]
+    pub(super) fn allow(&self, op: Op, id: u32) -> bool {
+        let flags = if op == Op::AnyHit { self.any_hit_flags } else { 0 };
+        u64::from(id & !flags) < self.ids[op as usize]
+    }
+
     pub(super) fn new(header: &TraceHeader, topology: &Topology) -> Self {
         let nodes = topology.nodes.len() as u64;
         let references = topology.references.len() as u64;
@@ -176,6 +185,11 @@ impl Limits {
             triangles: u64::from(topology.triangles),
             plain_sets: header.ray_sets.iter().map(|set| set.is_plain()).collect(),
             raster: header.raster,
+            any_hit_flags: if header.alpha.as_ref().is_some_and(|alpha| alpha.micromap.is_some()) {
+                DECIDED_BY_MICROMAP
+            } else {
+                0
+            },
         }
     }
 }
