@@ -94,7 +94,7 @@ fn check_orders(world: &World) {
         (0..count).map(|place| (u64::from(place) * 7919 % u64::from(count)) as u32).collect(),
     ];
     for order in orders {
-        let tracer = reflection_tracer(&world, list, order, &lights).expect("each ray once");
+        let tracer = reflection_tracer(world, list, order, &lights).expect("each ray once");
         assert_eq!(tracer.header().frame.rays(), u64::from(count));
         let mut place = 0;
         for tile in tiles(&tracer) {
