@@ -480,6 +480,17 @@ pub(crate) struct FrameArgs {
     /// [default: any-hit].
     #[arg(long, value_name = "QUERY", value_parser = PossibleValuesParser::new(tracer::Query::ALL.map(tracer::Query::name)))]
     pub(crate) shadow_query: Option<String>,
+    /// How alpha-tested triangles are treated: an any-hit shader tests them, and all others are marked opaque; no triangle is marked, so all
+    /// hits go to the shader; rays take all as opaque, or pass through those tested; opacity micromaps spare shaders [default: any-hit].
+    #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(tracer::AlphaMode::ALL.map(tracer::AlphaMode::name)))]
+    pub(crate) alpha: Option<String>,
+    /// Opacity micromaps: how often a triangle is cut in four, 0 to 4 [default: 4].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(tracer::MicromapFormat::MAX_LEVEL)))]
+    pub(crate) micromap_level: Option<u32>,
+    /// Opacity micromaps: with 4 states an any-hit shader decides what is unknown, with 2 none is run, and hits differ from the mask's
+    /// along its outlines [default: 4].
+    #[arg(long, value_name = "N", value_parser = PossibleValuesParser::new(tracer::MicromapStates::ALL.map(tracer::MicromapStates::name)))]
+    pub(crate) micromap_states: Option<String>,
     /// Radius of the sphere that each light is to soft shadows [default: 1/20 of the scene's radius].
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub(crate) light_radius: Option<f32>,

@@ -1,5 +1,6 @@
 //! From a scene's name to a tracer of its frame.
 
+use crate::alpha;
 use crate::machine::Machine;
 use crate::meter::timed;
 use crate::progress::Progress;
@@ -74,7 +75,11 @@ impl<'a> Frame<'a> {
         let (structure, build_s) = timed(|| built(scene, settings));
         let rays = settings.rays.over(scene.scene.rays);
         let needs = scene.scene.needs_of(&rays);
-        let structure = structure?;
+        let has_alpha = settings.features.has(Feature::AlphaTests, &needs);
+        let structure = match settings.alpha.tests(&scene.scene, has_alpha) {
+            Some(tests) => structure?.with_alpha(tests)?,
+            None => structure?,
+        };
         let level_notes = two_level::notes(&structure);
         Ok(Self { scene, rays, needs, structure, level_notes, settings: *settings, build_s })
     }
@@ -219,13 +224,16 @@ impl<'a> Frame<'a> {
             }
         }
         if of_list {
-            let rays = Feature::ALL.into_iter().filter(|&feature| feature != Feature::Normals);
+            let rays = Feature::ALL.into_iter().filter(|feature| feature.is_rays());
             for feature in rays.filter(|&feature| feature == Feature::ShadowRays || self.has(feature)) {
                 let what = feature.what();
                 left_out.retain(|entry| entry.what != what);
                 let why = "a list of rays is traced for its closest hits alone".to_owned();
                 left_out.push(Omission { what: what.to_owned(), why });
             }
+        }
+        if let Some(why) = self.structure.alpha().and_then(alpha::omission) {
+            left_out.push(Omission { what: Feature::AlphaTests.what().to_owned(), why });
         }
         let scene_notes = scene.notes.iter().map(|note| note.text());
         let light_note = self.assumes_light().then_some(LIGHT_NOTE);
@@ -234,6 +242,8 @@ impl<'a> Frame<'a> {
         } else {
             secondary::notes(scene, &self.rays, &self.needs, |feature| self.has(feature))
         };
+        let alpha_note =
+            self.structure.alpha().map(|tests| alpha::note(tests, self.scene.triangles.len() as u32));
         let test_notes = match self.settings.build.triangle_test {
             TriangleTest::MoellerTrumbore => None,
             TriangleTest::Watertight => Some(WATERTIGHT_NOTE),
@@ -245,6 +255,7 @@ impl<'a> Frame<'a> {
                 .chain(test_notes)
                 .map(str::to_owned)
                 .chain(ray_notes)
+                .chain(alpha_note)
                 .chain(self.level_notes.iter().cloned())
                 .collect(),
         }

@@ -1,5 +1,6 @@
 //! The `raybudget` command line: what a ray-traced frame costs a mobile GPU, and why.
 
+mod alpha;
 mod args;
 mod commands;
 mod console;

@@ -1,5 +1,6 @@
 //! The frame as it was asked for, checked: what can be refused before any work is refused here.
 
+use crate::alpha::AlphaRequest;
 use crate::args::FrameArgs;
 use crate::features::Features;
 use crate::machine::choice;
@@ -63,6 +64,7 @@ pub(crate) struct FrameSettings {
     pub(crate) features: Features,
     pub(crate) rays: RayRequest,
     pub(crate) shadow_query: Query,
+    pub(crate) alpha: AlphaRequest,
 }
 
 impl FrameSettings {
@@ -82,6 +84,9 @@ impl FrameSettings {
             spp: _,
             ray_seed: _,
             shadow_query,
+            alpha: _,
+            micromap_level: _,
+            micromap_states: _,
             light_radius: _,
             ao_radius: _,
             triangle_test,
@@ -157,6 +162,7 @@ impl FrameSettings {
         let features = Features::new(force, leave_out)?;
         Ok(Self {
             features,
+            alpha: AlphaRequest::new(args, features)?,
             rays: RayRequest::new(args, features)?,
             shadow_query: choice(
                 "--shadow-query",

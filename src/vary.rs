@@ -10,7 +10,7 @@ use gpumodel::{
 };
 use scenes::Feature;
 use tracer::wide::NodeFormat;
-use tracer::{Accel, Query, Traversal};
+use tracer::{Accel, AlphaMode, MicromapFormat, Query, Traversal};
 
 /// Costs Ct and Ci of Sousa et al. 2019: the chosen ones, and around them the three that their charts compare them with.
 const COSTS: [&str; 4] = ["3:1.5", "3.5:1", "1.5:3", "1:3.5"];
@@ -32,6 +32,8 @@ pub(crate) enum Axis {
     Force,
     Spp,
     ShadowQuery,
+    Alpha,
+    MicromapLevel,
     Gpu,
     Technique,
     Layout,
@@ -69,7 +71,7 @@ pub(crate) struct Point {
 }
 
 impl Axis {
-    const NAMED: [Self; 24] = [
+    const NAMED: [Self; 26] = [
         Self::Traversal,
         Self::CtCi,
         Self::ShortStack,
@@ -78,6 +80,8 @@ impl Axis {
         Self::Force,
         Self::Spp,
         Self::ShadowQuery,
+        Self::Alpha,
+        Self::MicromapLevel,
         Self::Gpu,
         Self::Technique,
         Self::Layout,
@@ -121,6 +125,8 @@ impl Axis {
             Self::Force => "force",
             Self::Spp => "spp",
             Self::ShadowQuery => "shadow-query",
+            Self::Alpha => "alpha",
+            Self::MicromapLevel => "micromap-level",
             Self::Gpu => "gpu",
             Self::Technique => "technique",
             Self::Layout => "layout",
@@ -153,6 +159,8 @@ impl Axis {
             Self::Force => owned(&Feature::ALL.map(Feature::name)),
             Self::Spp => owned(&["1", "2", "4"]),
             Self::ShadowQuery => owned(&Query::ALL.map(Query::name)),
+            Self::Alpha => owned(&AlphaMode::ALL.map(AlphaMode::name)),
+            Self::MicromapLevel => (0..=MicromapFormat::MAX_LEVEL).map(|level| level.to_string()).collect(),
             Self::Gpu => GPUS.iter().map(|gpu| gpu.name.to_owned()).collect(),
             Self::Technique => TECHNIQUES.iter().map(|technique| technique.name.to_owned()).collect(),
             Self::Layout => owned(&PrimitiveLayout::ALL.map(PrimitiveLayout::name)),
@@ -223,6 +231,16 @@ impl Axis {
                 })?);
             }
             Self::ShadowQuery => frame.shadow_query = given,
+            Self::Alpha => frame.alpha = given,
+            Self::MicromapLevel => {
+                let level = value.parse().ok().filter(|&level| level <= MicromapFormat::MAX_LEVEL);
+                frame.micromap_level = Some(level.ok_or_else(|| {
+                    anyhow!(
+                        "--vary micromap-level={value}: expected a level from 0 to {}",
+                        MicromapFormat::MAX_LEVEL
+                    )
+                })?);
+            }
             Self::Gpu => machine.gpu = given,
             Self::Technique => machine.technique = given,
             Self::Layout => machine.layout = given,

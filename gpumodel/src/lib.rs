@@ -5,6 +5,8 @@
 //! into time and into the [`COUNTERS`] of a profiler. The same inputs give the same bytes on any number of threads.
 
 #[cfg(test)]
+mod alpha_tests;
+#[cfg(test)]
 mod closed_forms;
 mod config;
 mod counters;

@@ -53,6 +53,7 @@ impl Recorded {
             normals: true,
             reflections: None,
             forced: Vec::new(),
+            alpha: None,
             accel,
             traversal: traversal.to_owned(),
             node_format: None,

@@ -39,7 +39,8 @@ impl<'a> Prepared<'a> {
                     "a trace has the rays of each pixel, and {} lists them anew",
                     config.technique.name
                 ),
-                remedy: "use --fidelity replay, on a trace with reflection rays or on the scene itself".to_owned(),
+                remedy: "use --fidelity replay, on a trace with reflection rays or on the scene itself"
+                    .to_owned(),
             });
         }
         let gpu = &config.gpu;
@@ -124,11 +125,13 @@ pub(crate) fn caches(gpu: &Gpu, by_ray_unit: bool) -> Result<(Hierarchy, KindPat
 
 /// Registers of four words per lane, those of a short stack among them.
 pub(crate) fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u32, Error> {
+    let of_alpha = config.costs.alpha(header)?.registers;
     if config.gpu.ray_unit_for(header).is_some_and(RayUnit::walks) {
-        return Ok(config.costs.ray_query.registers);
+        return Ok(config.costs.ray_query.registers.max(of_alpha));
     }
     let short_stack = (u64::from(header.short_stack) * 8).div_ceil(16);
     let of_levels = config.costs.two_level(header)?.registers;
     let traversal = config.costs.of_shader(header, &config.gpu)?;
-    Ok(traversal.registers.saturating_add(of_levels).saturating_add(short_stack as u32))
+    let registers = traversal.registers.max(of_alpha);
+    Ok(registers.saturating_add(of_levels).saturating_add(short_stack as u32))
 }

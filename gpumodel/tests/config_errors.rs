@@ -284,6 +284,9 @@ fn wrong_costs_are_refused() {
         ("uber = { value = 9", "uber = { value = 0", "reflections.registers.uber"),
         ("[[4, 297]", "[[8, 297]", "reflections.uber_sizes"),
         ("record_bytes = { value = 32", "record_bytes = { value = 0", "reflections.pipeline.record_bytes"),
+        ("any_hit = { alu = 33", "any_hit = { alu = 65537", "alpha.any_hit"),
+        ("mask_bytes = { value = 262144", "mask_bytes = { value = 63", "alpha.mask_bytes"),
+        ("[alpha]\nregisters = { value = 6", "[alpha]\nregisters = { value = 0", "alpha.registers"),
         ("live_bytes = { value = 32", "live_bytes = { value = 1025", "reflections.pipeline.live_bytes"),
         (
             "saved_registers = { value = 4",
@@ -410,6 +413,7 @@ fn wrong_figures_of_a_ray_unit_are_refused() {
             "is NaN",
         ),
         ("rays_together = { value = 4", "rays_together = { value = 65", "ray_unit.rays_together", "1 to 64"),
+        ("return_cycles = { value = 40", "return_cycles = { value = -1", "ray_unit.return_cycles", "is -1"),
         ("path = { value = [\"lsc\", \"l2\"]", "path = { value = [\"l9\"]", "ray_unit.path", "'l9'"),
         ("path = { value = [\"lsc\", \"l2\"]", "path = { value = [\"l2\", \"lsc\"]", "paths", ""),
     ] {

@@ -7,7 +7,10 @@ use gpumodel::{
     FrameCounters, Gpu, Maps, NodeOrder, NodeRecords, Pass, PrimitiveLayout, PrimitiveOrder, ReplayConfig,
     Replayed, TECHNIQUES, Value, estimate, replay, replay_all,
 };
-use tracer::{Frame, FrameTracer, Ray, Rays, TileSource, Traversal};
+use tracer::{
+    AlphaMode, AlphaTests, Frame, FrameTracer, MicromapFormat, MicromapStates, Ray, Rays, TestedTriangles,
+    TileSource, Traversal,
+};
 
 const PIXELS: u64 = SIZE.0 as u64 * SIZE.1 as u64;
 
@@ -98,6 +101,31 @@ fn maps_add_up_to_the_counters() {
             .map(|pass| counters.pass(pass).traffic.total().dram_read_bytes / 64)
             .sum();
         assert!(by_warp <= 32 * misses && by_warp > 16 * misses, "{by_warp} {misses}");
+    }
+}
+
+#[test]
+fn any_hit_shaders_are_in_the_maps_and_count_side_by_side_what_they_count_alone() {
+    let micromap = Some(MicromapFormat { level: 3, states: MicromapStates::Four });
+    for (mode, micromap) in [(AlphaMode::Unmarked, None), (AlphaMode::Micromap, micromap)] {
+        let tests = AlphaTests { mode, tested: TestedTriangles::OnePairInFour, micromap };
+        let opaque = teapot(Traversal::BvhStack);
+        let structure = opaque.structure.with_alpha(tests).expect("it has such triangles");
+        let traced = Traced { structure, ..opaque };
+        let configs = [config("fragment"), config("compute"), {
+            ReplayConfig { primitive_layout: PrimitiveLayout::Split, ..config("fragment") }
+        }];
+        let together = replay_all(&frame(&traced), &configs, Maps::Kept, &|_, _| {}).expect("valid");
+        for (config, together) in configs.iter().zip(together) {
+            let alone = run(&traced, config);
+            assert!(alone.counters == together.counters && alone.maps == together.maps, "{mode:?}");
+            let of_passes = [Pass::Primary, Pass::Shadow].map(|pass| alone.counters.pass(pass).issue);
+            let asked: u64 = of_passes.iter().map(|issue| issue.any_hits).sum();
+            assert!(asked > 0, "{mode:?}");
+            let maps = alone.maps.expect("kept");
+            let bytes: u64 = maps.loaded_bytes.values.iter().map(|&value| u64::from(value)).sum();
+            assert_eq!(bytes, of_passes.iter().map(|issue| issue.lane_bytes).sum::<u64>(), "{mode:?}");
+        }
     }
 }
 

@@ -38,11 +38,16 @@ impl Forced {
                 | Feature::Mirror
                 | Feature::Glossy
                 | Feature::AmbientOcclusion
-                | Feature::Diffuse,
+                | Feature::Diffuse
+                | Feature::AlphaTests,
                 Choice::Out,
             ) => format!(
                 "what it would add to the frame's {frame} ms follows from a run without --leave-out {}",
                 feature.name()
+            ),
+            (Feature::AlphaTests, Choice::In) => format!(
+                "masks and micromaps take {}; what shaders of them add to the frame's {frame} ms follows from a run without --force alpha-tests",
+                bytes(buffer_bytes),
             ),
             (Feature::Normals, Choice::In) => {
                 let read =

@@ -71,11 +71,13 @@ pub enum Feature {
     AmbientOcclusion,
     /// Rays to what lights a hit indirectly.
     Diffuse,
+    /// Masks that decide per hit whether a surface is there.
+    AlphaTests,
 }
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::ShadowRays,
         Self::Normals,
         Self::SoftShadows,
@@ -83,6 +85,7 @@ impl Feature {
         Self::Glossy,
         Self::AmbientOcclusion,
         Self::Diffuse,
+        Self::AlphaTests,
     ];
 
     /// Its name on the command line.
@@ -95,7 +98,13 @@ impl Feature {
             Self::Glossy => "glossy",
             Self::AmbientOcclusion => "ao",
             Self::Diffuse => "diffuse",
+            Self::AlphaTests => "alpha-tests",
         }
+    }
+
+    /// Whether it is a set of rays.
+    pub fn is_rays(self) -> bool {
+        !matches!(self, Self::Normals | Self::AlphaTests)
     }
 
     /// The feature of that name.
@@ -113,6 +122,7 @@ impl Feature {
             Self::Glossy => "glossy",
             Self::AmbientOcclusion => "ambient_occlusion",
             Self::Diffuse => "diffuse",
+            Self::AlphaTests => "alpha_tests",
         }
     }
 }
@@ -190,6 +200,7 @@ impl Needs {
             Feature::Glossy => self.glossy,
             Feature::AmbientOcclusion => self.ambient_occlusion,
             Feature::Diffuse => self.diffuse,
+            Feature::AlphaTests => self.alpha_tests,
         }
     }
 
@@ -243,13 +254,7 @@ impl Needs {
         let [mirror, glossy, refractions] =
             if traced { self.reflections_left_out() } else { [None, None, None] };
         let alpha_tests = if self.alpha_tests {
-            let count = e.alpha_tested_triangles;
-            not_modelled(
-                "alpha_tests",
-                format!(
-                    "{count} of {all} triangles carry an alpha mask; images are not read, so these triangles count as opaque"
-                ),
-            )
+            None
         } else {
             not_needed("alpha_tests", "no triangle carries an alpha mask: no any-hit shader")
         };

@@ -98,6 +98,12 @@ impl Scene {
         all
     }
 
+    /// For each of [`Self::triangles`], whether its material is alpha-tested.
+    pub fn alpha_tested(&self) -> impl Iterator<Item = bool> + '_ {
+        let meshes = self.instances.iter().map(|instance| &self.meshes[instance.mesh as usize]);
+        meshes.flat_map(|mesh| &mesh.materials).map(|&id| self.materials[id as usize].alpha_tested)
+    }
+
     /// How many triangles [`Scene::triangles`] returns.
     pub fn triangle_count(&self) -> usize {
         self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len()).sum()

@@ -26,7 +26,8 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if settings.features.choice(Feature::Normals).is_some() {
         bail!("--force and --leave-out normals: a picture is shaded by the flat normal; leave them out");
     }
-    let others = Feature::ALL.into_iter().filter(|&feature| feature != Feature::ShadowRays);
+    let others =
+        Feature::ALL.into_iter().filter(|&feature| feature.is_rays() && feature != Feature::ShadowRays);
     if settings.rays != RayRequest::default()
         || others.into_iter().any(|feature| settings.features.choice(feature).is_some())
     {

@@ -23,9 +23,9 @@ const TILES_PER_THREAD: u32 = 16;
 pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
     if args.rays.is_some() {
-        let forced = Feature::ALL.into_iter().find(|&feature| {
-            feature != Feature::Normals && settings.features.choice(feature) == Some(Choice::In)
-        });
+        let forced = Feature::ALL
+            .into_iter()
+            .find(|&feature| feature.is_rays() && settings.features.choice(feature) == Some(Choice::In));
         let option = match forced {
             Some(feature) => Some(format!("--force {}", feature.name())),
             None => (settings.rays != RayRequest::default()).then(|| "--ray-sets and its options".to_owned()),

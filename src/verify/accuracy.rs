@@ -17,7 +17,7 @@ use reports::accuracy::{Figures, Point};
 use scenes::Feature;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use tracer::{TileSource, TraceFile, Traversal};
+use tracer::{AlphaMode, TileSource, TraceFile, Traversal};
 
 /// The rung under test.
 pub(crate) const OURS: Fidelity = Fidelity::Replay;
@@ -45,6 +45,7 @@ impl Walk {
             size: Some(size.to_owned()),
             // Records as published; without normals all layouts would be alike.
             force: vec![Feature::Normals.name().to_owned()],
+            alpha: Some(AlphaMode::Opaque.name().to_owned()),
             ..FrameArgs::default()
         })?;
         Ok(Self { name: name.to_owned(), settings })

@@ -1,6 +1,7 @@
 //! Does the command line do what it says: results, files, exit codes, refusals?
 
 mod accuracy;
+mod alpha;
 mod bad_input;
 mod cache;
 mod compare;

@@ -391,9 +391,7 @@ fn needs_that_no_frame_can_meet_yet_are_told_from_those_that_a_scene_does_not_ha
     let dir = folder();
     file(&dir, "plain.obj", obj("{}"));
     let plain = profile(&scene(&dir, "plain.toml", "plain.obj", ""), &[]);
-    for (need, material) in
-        [("reflections", "illum 5"), ("alpha_tests", "map_d leaf.png"), ("textures", "map_Kd wood.png")]
-    {
+    for (need, material) in [("reflections", "illum 5"), ("textures", "map_Kd wood.png")] {
         file(&dir, "m.mtl", format!("newmtl m\n{material}\n"));
         file(&dir, "m.obj", format!("mtllib m.mtl\nusemtl m\n{}", obj("{}")));
         let with = profile(&scene(&dir, "m.toml", "m.obj", ""), &[]);

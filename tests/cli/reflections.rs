@@ -261,21 +261,23 @@ fn traced(path: &Path, options: &[&str]) {
 fn a_trace_is_replayed_as_its_scene_is_profiled_in_every_order() {
     let dir = folder();
     let trace = dir.path().join("t.rbt");
-    traced(&trace, &[]);
     let listed = ["--technique", "reflections-direct", "--launch", "buffer"];
-    for options in [
-        &["--technique", "reflections-direct"][..],
-        &["--technique", "reflections-pipeline"],
-        &listed,
-        &[&listed[..], &["--binning", "octahedral-4x4"]].concat(),
-        &[&listed[..], &["--binning", "position-sign-1", "--ray-unit", "ray"]].concat(),
-        &[&listed[..], &["--hit-shading", "visibility-buffer", "--binning", "sign"]].concat(),
+    let masked = ["--force", "alpha-tests"];
+    for (of_frame, options) in [
+        (&[][..], &["--technique", "reflections-direct"][..]),
+        (&[], &["--technique", "reflections-pipeline"]),
+        (&[], &listed),
+        (&[], &[&listed[..], &["--binning", "octahedral-4x4"]].concat()),
+        (&[], &[&listed[..], &["--binning", "position-sign-1", "--ray-unit", "ray"]].concat()),
+        (&[], &[&listed[..], &["--hit-shading", "visibility-buffer", "--binning", "sign"]].concat()),
+        (&masked, &[&listed[..], &["--binning", "sign"]].concat()),
     ] {
-        let of_scene = profile(options);
+        traced(&trace, of_frame);
+        let of_scene = profile(&[of_frame, options].concat());
         let gpu = ["replay", arg(&trace), "--gpu", "mali-g715", "--format", "json"];
         let of_trace = without_run(&raybudget(gpu.iter().chain(options)).json());
         for key in ["counters", "passes", "notes", "left_out", "inputs"] {
-            assert_eq!(of_trace[key], of_scene[key], "{options:?}: {key}");
+            assert_eq!(of_trace[key], of_scene[key], "{of_frame:?} {options:?}: {key}");
         }
     }
     let maps = dir.path().join("maps");

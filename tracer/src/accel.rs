@@ -1,11 +1,12 @@
 //! The closed set of structures and traversals: the one place where names become types.
 
+use crate::alpha::{AlphaMode, AlphaQuery, AlphaTest, AlphaTests};
 use crate::audit;
 use crate::bvh::restart_trail::{MAX_SHORT_STACK, TrailBits};
 use crate::bvh::{self, BvhOptions};
 use crate::error::Error;
 use crate::kd::KdOptions;
-use crate::observe::{LoopStructure, NodeFetch, Observer};
+use crate::observe::{DECIDED_BY_MICROMAP, LoopStructure, NodeFetch, Observer};
 use crate::ray::{Hit, Query, Ray};
 use crate::topology::Topology;
 use crate::tree::Tree;
@@ -297,6 +298,7 @@ fn check(triangles: &[Triangle], traversal: Traversal, options: &BuildOptions) -
 pub struct AccelerationStructure {
     trees: Trees,
     traversal: Traversal,
+    alpha: Option<AlphaTest>,
 }
 
 /// An expression of the tree, whatever its triangles are prepared for.
@@ -321,12 +323,16 @@ impl AccelerationStructure {
     ) -> Result<Self, Error> {
         check(triangles, traversal, options)?;
         Ok(match options.triangle_test {
-            TriangleTest::MoellerTrumbore => {
-                Self { trees: Trees::MoellerTrumbore(Tree::build(triangles, traversal, options)?), traversal }
-            }
-            TriangleTest::Watertight => {
-                Self { trees: Trees::Watertight(Tree::build(triangles, traversal, options)?), traversal }
-            }
+            TriangleTest::MoellerTrumbore => Self {
+                trees: Trees::MoellerTrumbore(Tree::build(triangles, traversal, options)?),
+                traversal,
+                alpha: None,
+            },
+            TriangleTest::Watertight => Self {
+                trees: Trees::Watertight(Tree::build(triangles, traversal, options)?),
+                traversal,
+                alpha: None,
+            },
         })
     }
 
@@ -345,11 +351,11 @@ impl AccelerationStructure {
         Ok(match options.triangle_test {
             TriangleTest::MoellerTrumbore => {
                 let tree = Tree::of_instances(meshes, instances, format, options)?;
-                Self { trees: Trees::MoellerTrumbore(tree), traversal }
+                Self { trees: Trees::MoellerTrumbore(tree), traversal, alpha: None }
             }
             TriangleTest::Watertight => {
                 let tree = Tree::of_instances(meshes, instances, format, options)?;
-                Self { trees: Trees::Watertight(tree), traversal }
+                Self { trees: Trees::Watertight(tree), traversal, alpha: None }
             }
         })
     }
@@ -372,10 +378,37 @@ impl AccelerationStructure {
         }
     }
 
+    /// The same structure with some of its triangles alpha-tested, in the numbers that hits have.
+    ///
+    /// # Errors
+    /// When the tests name triangles that it does not have, or micromaps that are too fine.
+    pub fn with_alpha(mut self, alpha: AlphaTests) -> Result<Self, Error> {
+        let Topology { triangles, references, .. } = self.topology();
+        if alpha.mode == AlphaMode::Micromap && references.len() > DECIDED_BY_MICROMAP as usize {
+            return Err(Error::Options(format!(
+                "{} references to triangles: with opacity micromaps at most {DECIDED_BY_MICROMAP} can be told apart; use --alpha any-hit",
+                references.len()
+            )));
+        }
+        self.alpha = Some(AlphaTest::new(alpha, triangles).map_err(Error::Options)?);
+        Ok(self)
+    }
+
+    /// Its alpha tests, if it has any.
+    pub fn alpha(&self) -> Option<&AlphaTests> {
+        self.alpha.as_ref().map(AlphaTest::tests)
+    }
+
     /// Traces one ray.
     #[inline]
     pub fn trace<O: Observer>(&self, ray: &Ray, query: Query, observer: &mut O) -> Hit {
-        with_tree!(self, tree => tree.trace(self.traversal, ray, query, observer))
+        match self.alpha.as_ref().filter(|alpha| alpha.asks()) {
+            None => with_tree!(self, tree => tree.trace(self.traversal, ray, query, observer)),
+            Some(alpha) => {
+                let query = AlphaQuery { query, alpha };
+                with_tree!(self, tree => tree.trace(self.traversal, ray, query, observer))
+            }
+        }
     }
 
     /// Links and references without geometry, as a trace needs them.

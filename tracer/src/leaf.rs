@@ -1,5 +1,6 @@
 //! The triangle loop of a leaf that refers to its triangles through a list: a leaf of a kd-tree or a cell of a grid.
 
+use crate::alpha::RayQuery;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query};
 use crate::triangle::RayTriangle;
@@ -14,15 +15,15 @@ pub(crate) struct References<'a, P> {
 }
 
 /// Tests a leaf's triangles and keeps the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
-/// every structure gives the same answer. A hit counts wherever it lies, also outside the leaf's cell.
+/// every structure gives the same answer. A hit that the query accepts counts wherever it lies, also outside the leaf's cell.
 ///
 /// Returns whether the query is answered: [`Query::Any`] by the first hit.
 #[inline(always)]
-pub(crate) fn intersect<P: RayTriangle, O: Observer>(
+pub(crate) fn intersect<P: RayTriangle, Q: RayQuery, O: Observer>(
     references: References<'_, P>,
     (first, count): (u32, u32),
     ray: P::Ray<'_>,
-    query: Query,
+    query: Q,
     best: &mut Hit,
     observer: &mut O,
 ) -> bool {
@@ -33,8 +34,12 @@ pub(crate) fn intersect<P: RayTriangle, O: Observer>(
         if let Some((t, u, v)) = references.triangles[primitive as usize].test(ray, best.t)
             && (t < best.t || primitive < best.primitive)
         {
-            *best = Hit { t, u, v, primitive };
-            if query == Query::Any {
+            let hit = Hit { t, u, v, primitive };
+            if !query.accepts(&hit, position, observer) {
+                continue;
+            }
+            *best = hit;
+            if query.query() == Query::Any {
                 return true;
             }
         }

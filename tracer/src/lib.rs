@@ -4,6 +4,7 @@
 
 mod aabb;
 mod accel;
+mod alpha;
 pub mod audit;
 pub mod bvh;
 mod caster;
@@ -32,8 +33,11 @@ pub mod wide;
 
 pub use aabb::{Aabb, PlaneSlack, SlabRay};
 pub use accel::{Accel, AccelerationStructure, BuildOptions, LeafCounts, StackUse, Traversal};
+pub use alpha::{
+    AlphaMode, AlphaTests, Micromap, MicromapFormat, MicromapStates, RayQuery, TestedTriangles, fence,
+};
 pub use error::Error;
-pub use observe::{LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCounter};
+pub use observe::{DECIDED_BY_MICROMAP, LoopStructure, NodeFetch, Observer, Op, Silent, Work, WorkCounter};
 pub use raster::{Raster, RasterTile, TileDraw};
 pub use ray::{Hit, NO_HIT, NOT_CAST, Query, Ray};
 pub use ray_file::{RAY_BYTES, read_rays};

@@ -28,9 +28,12 @@ pub enum Op {
     Instance = 5,
     /// The primitive at position `id` of the reference list was tested.
     Primitive = 6,
-    /// An any-hit shader ran for the primitive at position `id`.
+    /// An any-hit shader ran for the primitive at position `id`, or an opacity micromap spared it: then [`DECIDED_BY_MICROMAP`] is set in the id.
     AnyHit = 7,
 }
+
+/// In the id of [`Op::AnyHit`], beside the position: an opacity micromap decided and no shader ran.
+pub const DECIDED_BY_MICROMAP: u32 = 1 << 28;
 
 impl Op {
     /// All steps, in the order in which one trip of a loop body can contain them.
@@ -88,6 +91,8 @@ pub struct Work {
     pub leaf_visits: u64,
     /// Ray-triangle tests.
     pub primitive_tests: u64,
+    /// Any-hit shaders run.
+    pub any_hits: u64,
     /// Traversals ended by their loop bound.
     pub stalls: u64,
 }
@@ -128,7 +133,8 @@ impl Observer for WorkCounter {
             Op::Push => work.pushes += 1,
             Op::Pop => work.pops += 1,
             Op::Primitive => work.primitive_tests += 1,
-            Op::Instance | Op::AnyHit => {}
+            Op::AnyHit => work.any_hits += u64::from(id & DECIDED_BY_MICROMAP == 0),
+            Op::Instance => {}
         }
     }
 
@@ -166,6 +172,7 @@ impl std::ops::AddAssign for Work {
             pops,
             leaf_visits,
             primitive_tests,
+            any_hits,
             stalls,
         } = other;
         self.node_fetches += node_fetches;
@@ -178,6 +185,7 @@ impl std::ops::AddAssign for Work {
         self.pops += pops;
         self.leaf_visits += leaf_visits;
         self.primitive_tests += primitive_tests;
+        self.any_hits += any_hits;
         self.stalls += stalls;
     }
 }

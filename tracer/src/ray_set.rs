@@ -1,5 +1,6 @@
 //! Which sets of rays a frame has: kinds, and how a trace's header names them.
 
+use crate::ray::Query;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Most ray sets of a frame in a trace file.
@@ -69,6 +70,15 @@ impl RayKind {
     /// Whether a shader reads the triangle's shading record at its hits.
     pub fn is_shaded(self) -> bool {
         matches!(self, Self::Primary | Self::Reflection | Self::Diffuse)
+    }
+
+    /// What its rays ask for, where rays to lights ask for `shadow_query`.
+    pub fn query(self, shadow_query: Query) -> Query {
+        match self {
+            Self::Primary | Self::Reflection | Self::Diffuse => Query::Closest,
+            Self::Shadow | Self::SoftShadow | Self::ReflectionShadow | Self::DiffuseShadow => shadow_query,
+            Self::AmbientOcclusion => Query::Any,
+        }
     }
 
     /// Whether its rays go to lights.

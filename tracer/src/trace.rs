@@ -1,6 +1,7 @@
 //! A trace: what every ray of a frame visited, tile by tile.
 
 use crate::accel::Accel;
+use crate::alpha::AlphaTests;
 use crate::error::Error;
 use crate::observe::{LoopStructure, NodeFetch, Observer, Op};
 use crate::raster::TileDraw;
@@ -313,6 +314,9 @@ pub struct TraceHeader {
     /// What was forced in or out, against what the scene needs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub forced: Vec<Forced>,
+    /// Which triangles are alpha-tested, and how; `None` where all are opaque and marked so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<AlphaTests>,
     /// Structure.
     pub accel: Accel,
     /// Traversal, by name.

@@ -78,6 +78,7 @@ pub(crate) fn header(
         normals: true,
         reflections: None,
         forced: Vec::new(),
+        alpha: structure.alpha().cloned(),
         accel: traversal.accel(),
         traversal: traversal.name().to_owned(),
         node_format: traversal.node_format(),

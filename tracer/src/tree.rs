@@ -1,13 +1,14 @@
 //! A structure of any kind over triangles that are prepared for one test.
 
 use crate::accel::{BuildOptions, LeafCounts, Traversal};
+use crate::alpha::RayQuery;
 use crate::bvh::restart_trail::TrailBits;
 use crate::bvh::{self, Bvh, BvhOptions};
 use crate::error::Error;
 use crate::grid::{self, Grid};
 use crate::kd::{self, KdCells, KdStatistics, KdTree};
 use crate::observe::Observer;
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, Ray};
 use crate::topology::Topology;
 use crate::triangle::RayTriangle;
 use crate::two_level::{MaskedInstance, TwoLevel, TwoLevelStatistics};
@@ -112,11 +113,11 @@ impl<P: RayTriangle> Tree<P> {
 
     /// Traces one ray.
     #[inline]
-    pub(crate) fn trace<O: Observer>(
+    pub(crate) fn trace<Q: RayQuery, O: Observer>(
         &self,
         traversal: Traversal,
         ray: &Ray,
-        query: Query,
+        query: Q,
         observer: &mut O,
     ) -> Hit {
         match (self, traversal) {

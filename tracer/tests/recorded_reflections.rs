@@ -26,8 +26,10 @@ fn lights() -> Vec<Vec3> {
 
 /// A third of the triangles are mirrors, a third glossy and a third rough.
 fn surfaces(world: &World) -> Vec<ReflectionRays> {
-    let kinds = [ReflectionRays::Mirror, ReflectionRays::Glossy(0.3), ReflectionRays::None];
-    kinds.into_iter().cycle().take(world.triangles.len()).collect()
+    let others = [ReflectionRays::Glossy(0.3), ReflectionRays::None];
+    let mut surfaces = world.mirrors();
+    surfaces.chunks_exact_mut(3).for_each(|three| three[1..].copy_from_slice(&others));
+    surfaces
 }
 
 fn record() -> ReflectionRecord {

@@ -8,8 +8,8 @@ use tracer::reflections::{
     March, MarchEnd, Outcome, ReflectionList, ReflectionRay, ReflectionTracer, Reflections,
 };
 use tracer::{
-    BuildOptions, FrameTracer, RayKind, RaySet, RaySetId, Rays, ReflectionRays, SceneIdentity, SecondaryRays,
-    Step, Tile, TileSource, TraceWriter,
+    AlphaMode, AlphaTests, BuildOptions, FrameTracer, Query, RayKind, RaySet, RaySetId, Rays, ReflectionRays,
+    SceneIdentity, SecondaryRays, Silent, Step, TestedTriangles, Tile, TileSource, TraceWriter,
 };
 
 fn identity() -> SceneIdentity {
@@ -35,9 +35,35 @@ fn mixed(triangles: usize) -> Vec<ReflectionRays> {
     (0..triangles).map(of).collect()
 }
 
+/// The Cornell Box with masks on a quarter of its triangles.
+fn masked(edge: u32) -> World {
+    let world = World::builtin("cornell", edge);
+    let tests =
+        AlphaTests { mode: AlphaMode::AnyHit, tested: TestedTriangles::OnePairInFour, micromap: None };
+    World { structure: world.structure.with_alpha(tests).expect("it has such triangles"), ..world }
+}
+
+#[test]
+fn a_gbuffer_shows_what_masks_leave() {
+    let (world, opaque) = (masked(70), World::builtin("cornell", 70));
+    let (gbuffer, without) = (world.gbuffer(), opaque.gbuffer());
+    let mut seen_through = 0;
+    for pixel in 0..70 * 70 {
+        let ray = world.view().primary_ray(pixel % 70, pixel / 70);
+        let hit = world.structure.trace(&ray, Query::Closest, &mut Silent);
+        assert_eq!(gbuffer.triangle(pixel), hit.is_hit().then_some(hit.primitive), "pixel {pixel}");
+        seen_through += u32::from(gbuffer.triangle(pixel) != without.triangle(pixel));
+    }
+    assert!((100..2000).contains(&seen_through), "{seen_through}");
+}
+
 #[test]
 fn rays_in_any_order_hit_what_the_frame_of_all_rays_hits() {
-    let world = World::builtin("cornell", 70);
+    check_orders(&World::builtin("cornell", 70));
+    check_orders(&masked(70));
+}
+
+fn check_orders(world: &World) {
     let (gbuffer, surfaces) = (world.gbuffer(), mixed(world.triangles.len()));
     let lights = vec![Vec3::new(278.0, 500.0, 279.5), Vec3::new(100.0, 300.0, 100.0)];
     let options = BuildOptions::default();
@@ -70,7 +96,7 @@ fn rays_in_any_order_hit_what_the_frame_of_all_rays_hits() {
         (0..count).map(|place| (u64::from(place) * 7919 % u64::from(count)) as u32).collect(),
     ];
     for order in orders {
-        let tracer = reflection_tracer(&world, list, order, &lights).expect("each ray once");
+        let tracer = reflection_tracer(world, list, order, &lights).expect("each ray once");
         assert_eq!(tracer.header().frame.rays(), u64::from(count));
         let mut place = 0;
         for tile in tiles(&tracer) {

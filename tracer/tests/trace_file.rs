@@ -4,8 +4,9 @@ use glam::Vec3;
 use std::path::{Path, PathBuf};
 use tracer::wide::NodeFormat;
 use tracer::{
-    AccelerationStructure, BuildOptions, EncodedTile, Error, FrameTracer, MAX_RAY_SETS, NOT_CAST, RayKind,
-    Rays, SceneIdentity, Tile, TileSource, TraceFile, TraceWriter, Traversal, View,
+    AccelerationStructure, AlphaMode, AlphaTests, BuildOptions, DECIDED_BY_MICROMAP, EncodedTile, Error,
+    FrameTracer, MAX_RAY_SETS, MicromapFormat, MicromapStates, NOT_CAST, Op, RayKind, Rays, SceneIdentity,
+    Step, TestedTriangles, Tile, TileSource, TraceFile, TraceHeader, TraceWriter, Traversal, View,
 };
 
 fn with_tracer<R>(
@@ -68,6 +69,97 @@ fn what_was_recorded_comes_back_for_every_traversal() {
             assert_eq!(file.steps(), steps as u64);
         });
     }
+}
+
+/// Uses a tracer of the Cornell Box with masks on a quarter of its triangles, whose micromaps say so much.
+fn with_micromaps<R>(traversal: Traversal, use_it: impl FnOnce(&FrameTracer) -> R) -> R {
+    let scene = scenes::builtin("cornell").expect("a built-in scene");
+    let triangles = scene.triangles();
+    let options = BuildOptions::default();
+    let tests = AlphaTests {
+        mode: AlphaMode::Micromap,
+        tested: TestedTriangles::OnePairInFour,
+        micromap: Some(MicromapFormat { level: 4, states: MicromapStates::Four }),
+    };
+    let structure = AccelerationStructure::build(&triangles, traversal, &options)
+        .and_then(|structure| structure.with_alpha(tests))
+        .expect("it builds");
+    let view = View::new(&scene.camera, 40, 40);
+    let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
+    let rays = Rays::View { view, width: 40, height: 40 };
+    use_it(&FrameTracer::new(&structure, &options, &triangles, identity, rays, Vec::new()))
+}
+
+#[test]
+fn what_micromaps_decided_comes_back_for_every_traversal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("alpha.rbt");
+    for traversal in Traversal::ALL {
+        with_micromaps(traversal, |tracer| {
+            write(tracer, &path).expect("it is written");
+            let (file, tiles) = read_all(&path).expect("it is read");
+            assert_eq!(file.header(), tracer.header());
+            let mut expected = Tile::default();
+            for (index, tile) in (0..).zip(&tiles) {
+                tracer.tile(index, &mut expected).expect("it is traced");
+                assert_eq!(*tile, expected, "tile {index} of {}", traversal.name());
+            }
+            let steps = || tiles.iter().flat_map(|tile| &tile.ray_sets).flat_map(|set| &set.steps);
+            let any_hits = || steps().filter(|step| step.op() == Op::AnyHit);
+            let decided = any_hits().filter(|step| step.id() & DECIDED_BY_MICROMAP != 0).count();
+            assert!(decided > 0 && decided < any_hits().count(), "{decided}");
+        });
+    }
+}
+
+#[test]
+fn only_any_hit_steps_of_a_trace_with_micromaps_have_the_bit_and_positions_stay_in_range() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("alpha.rbt");
+    with_micromaps(Traversal::BvhStack, |tracer| {
+        let references = tracer.topology().references.len() as u32;
+        let mut by_shader = tracer.header().clone();
+        let alpha = by_shader.alpha.as_mut().expect("it has alpha tests");
+        (alpha.mode, alpha.micromap) = (AlphaMode::AnyHit, None);
+        let last = (references - 1) | DECIDED_BY_MICROMAP;
+        for (header, op, id, is_read) in [
+            (tracer.header(), Op::AnyHit, last, true),
+            (tracer.header(), Op::AnyHit, last + 1, false),
+            (tracer.header(), Op::AnyHit, references, false),
+            (tracer.header(), Op::Primitive, last, false),
+            (&by_shader, Op::AnyHit, references - 1, true),
+            (&by_shader, Op::AnyHit, last, false),
+        ] {
+            let mut writer = TraceWriter::create(&path, header, tracer.topology()).expect("a good header");
+            let mut tile = Tile::default();
+            for index in 0..header.frame.tiles() {
+                tracer.tile(index, &mut tile).expect("it is traced");
+                tile.ray_sets[0].steps.iter_mut().for_each(|step| *step = Step::new(Op::Node, 0));
+                tile.ray_sets[0].steps[0] = Step::new(op, id);
+                writer.write_tile(&EncodedTile::new(&tile, header).expect("it fits")).expect("it is written");
+            }
+            writer.finish(0).expect("it is written");
+            assert_eq!(read_all(&path).is_ok(), is_read, "{op:?} {id:#x}");
+        }
+    });
+}
+
+#[test]
+fn contradictory_alpha_tests_are_neither_written_nor_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("alpha.rbt");
+    with_micromaps(Traversal::BvhStack, |tracer| {
+        for tests in [
+            AlphaTests {
+                tested: TestedTriangles::Runs(vec![[31, 2]]),
+                ..tracer.header().alpha.clone().unwrap()
+            },
+            AlphaTests { micromap: None, ..tracer.header().alpha.clone().unwrap() },
+        ] {
+            let header = TraceHeader { alpha: Some(tests), ..tracer.header().clone() };
+            assert!(TraceWriter::create(&path, &header, tracer.topology()).is_err());
+        }
+    });
 }
 
 #[test]
@@ -231,7 +323,7 @@ fn a_node_format_belongs_to_wide_bvhs_and_to_no_other_structure() {
         assert!(refused.to_string().contains("no node format for a structure 'wide-bvh'"), "{refused}");
     });
     with_tracer(Traversal::BvhStack, 8, 8, |tracer| {
-        let header = tracer::TraceHeader { node_format: Some(NodeFormat::Full4), ..tracer.header().clone() };
+        let header = TraceHeader { node_format: Some(NodeFormat::Full4), ..tracer.header().clone() };
         let refused = TraceWriter::create(&path, &header, tracer.topology()).err().expect("refused");
         assert!(refused.to_string().contains("full-4 for a structure 'bvh'"), "{refused}");
     });

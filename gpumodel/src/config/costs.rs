@@ -1,5 +1,6 @@
 //! What the shader's steps cost in operations, and the registers it holds.
 
+use super::alpha::{AlphaCosts, AlphaFile};
 use super::gpu::Gpu;
 use super::reflections::{ReflectionCosts, ReflectionsFile, reflection_estimates, reflections};
 use super::sourced::{File, Tag};
@@ -8,7 +9,7 @@ use serde::Deserialize;
 use std::ops::AddAssign;
 use toml::Spanned;
 use tracer::wide::NodeFormat;
-use tracer::{Accel, RayKind, TraceHeader};
+use tracer::{Accel, AlphaTests, RayKind, TraceHeader};
 
 const BUILTIN: &str = include_str!("../../../configs/costs.toml");
 /// Most operations of one step.
@@ -37,6 +38,9 @@ pub struct ShaderCosts {
     /// Missing in tables that were written before there were two levels.
     two_level: Option<TwoLevelCosts>,
     two_level_estimates: Vec<String>,
+    /// Missing in tables that were written before there were alpha tests.
+    alpha: Option<AlphaCosts>,
+    alpha_estimates: Vec<String>,
     /// A ray query that a ray unit answers.
     pub ray_query: RayQueryCosts,
     /// Missing in tables that were written before there was such an instruction.
@@ -149,6 +153,7 @@ struct CostsFile {
     secondary: Option<SecondaryFile>,
     reflections: Option<ReflectionsFile>,
     two_level: Option<TwoLevelFile>,
+    alpha: Option<AlphaFile>,
     ray_query: RayQueryFile,
     ray_intersection: Option<RayIntersectionFile>,
     bvh_stack: TraversalFile,
@@ -203,7 +208,7 @@ pub(super) struct TaggedCostFile {
     alu: Spanned<u32>,
     efu: Spanned<u32>,
     source: Spanned<String>,
-    tag: Tag,
+    pub(super) tag: Tag,
 }
 
 #[derive(Deserialize)]
@@ -215,10 +220,10 @@ struct TwoLevelFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TaggedRegistersFile {
-    value: Spanned<u32>,
-    source: Spanned<String>,
-    tag: Tag,
+pub(super) struct TaggedRegistersFile {
+    pub(super) value: Spanned<u32>,
+    pub(super) source: Spanned<String>,
+    pub(super) tag: Tag,
 }
 
 #[derive(Deserialize)]
@@ -306,6 +311,10 @@ impl ShaderCosts {
                 instance: instance.read(&file, "two-level.instance")?,
             });
         }
+        let (alpha, alpha_estimates) = match &raw.alpha {
+            Some(raw) => (Some(raw.read(&file)?), raw.estimates()),
+            None => (None, Vec::new()),
+        };
         let mut ray_intersection_estimates = Vec::new();
         let ray_intersection = raw
             .ray_intersection
@@ -317,6 +326,8 @@ impl ShaderCosts {
             ray_intersection_estimates,
             two_level,
             two_level_estimates,
+            alpha,
+            alpha_estimates,
             secondary,
             secondary_estimates,
             reflections: raw.reflections.as_ref().map(|raw| reflections(&file, raw)).transpose()?,
@@ -395,6 +406,26 @@ impl ShaderCosts {
             problem: "it has two levels, which the table of shader costs does not know".to_owned(),
             remedy: "add a table [two-level] to it, as configs/costs.toml has".to_owned(),
         })
+    }
+
+    /// Costs of alpha tests; nothing where no shader makes any.
+    ///
+    /// # Errors
+    /// When the trace has alpha tests and the table no costs of them.
+    pub(crate) fn alpha(&self, header: &TraceHeader) -> Result<AlphaCosts, Error> {
+        if !header.alpha.as_ref().is_some_and(AlphaTests::run_shaders) {
+            return Ok(AlphaCosts::default());
+        }
+        self.alpha.ok_or_else(|| Error::Trace {
+            scene: header.scene.clone(),
+            problem: "it has alpha tests, which the table of shader costs does not know".to_owned(),
+            remedy: "add a table [alpha] to it, as configs/costs.toml has".to_owned(),
+        })
+    }
+
+    /// Keys of the costs of [`Self::alpha`] that are estimates.
+    pub(crate) fn alpha_estimates(&self) -> &[String] {
+        &self.alpha_estimates
     }
 
     /// Keys of the costs of [`Self::two_level`] that are estimates.
@@ -522,7 +553,7 @@ fn read_operations(
     Ok(Cost { alu: *alu.get_ref(), efu: *efu.get_ref() })
 }
 
-fn read_registers(
+pub(super) fn read_registers(
     file: &File<'_>,
     name: &str,
     value: &Spanned<u32>,

@@ -149,6 +149,7 @@ pub(super) struct RayUnitFile {
     pub(super) triangles_per_clock: Sourced<f64>,
     pub(super) rays_together: Sourced<u32>,
     pub(super) lines_in_flight: Sourced<u32>,
+    pub(super) return_cycles: Option<Sourced<f64>>,
     pub(super) path: Sourced<Vec<String>>,
 }
 

@@ -1,5 +1,6 @@
 //! Descriptions of machines and shaders: TOML in, checked values out. No figure has a default.
 
+mod alpha;
 mod atomics;
 mod costs;
 mod gpu;
@@ -14,6 +15,7 @@ mod sourced;
 mod technique;
 mod translation;
 
+pub(crate) use alpha::AlphaCosts;
 pub use atomics::Atomics;
 pub use costs::{Cost, RayQueryCosts, ShaderCosts, SharedCosts, TraversalCosts};
 pub(crate) use costs::{SecondaryCosts, has_secondary};

@@ -9,6 +9,9 @@ use serde::Deserialize;
 use tracer::TraceHeader;
 use tracer::wide::NodeFormat;
 
+/// Cycles of a return to the shader.
+const RETURN_CYCLES: std::ops::RangeInclusive<f64> = 0.0..=1e6;
+
 /// A ray unit: it tests boxes and triangles of a wide BVH, and walks it from a ray query to its answer, or leaves that to the shader.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayUnit {
@@ -22,6 +25,9 @@ pub struct RayUnit {
     pub rays_together: u32,
     /// Lines that can be on their way to the unit at once, where its first cache is its own; else they are among those of the load/store unit.
     pub lines_in_flight: u32,
+    /// Cycles from a hit that a shader decides about to the shader, and from there back into the unit; `None` where it is not known. One that is an
+    /// instruction keeps no ray.
+    pub return_cycles: Option<f64>,
     /// Caches that it reads through, as indices into [`Gpu::caches`](super::Gpu::caches), nearest first.
     pub path: Vec<usize>,
 }
@@ -91,6 +97,11 @@ pub(super) fn ray_unit(file: &File<'_>, raw: &RayUnitFile, caches: &[CacheLevel]
         triangles_per_clock: file.within("ray_unit.triangles_per_clock", &raw.triangles_per_clock, RATE)?,
         rays_together: file.within("ray_unit.rays_together", &raw.rays_together, 1..=WIDEST_WARP)?,
         lines_in_flight: file.within("ray_unit.lines_in_flight", &raw.lines_in_flight, IN_FLIGHT)?,
+        return_cycles: raw
+            .return_cycles
+            .as_ref()
+            .map(|raw| file.within("ray_unit.return_cycles", raw, RETURN_CYCLES))
+            .transpose()?,
         path: path(file, "ray_unit.path", &raw.path, caches)?,
     })
 }

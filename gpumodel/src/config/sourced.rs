@@ -45,7 +45,7 @@ pub(crate) struct Sourced<T> {
     pub(crate) source: Spanned<String>,
     /// Required, and counted by [`tags`].
     #[serde(rename = "tag")]
-    pub(crate) _tag: Tag,
+    pub(crate) tag: Tag,
 }
 
 /// One configuration text, for reading and for complaining about it.

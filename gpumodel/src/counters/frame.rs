@@ -75,6 +75,14 @@ counters! {
         pub node_fetches: u64,
         /// Ray-triangle tests.
         pub primitive_tests: u64,
+        /// Hits that the traversal does not decide about: those of triangles that are not marked opaque.
+        pub non_opaque_hits: u64,
+        /// Of these, those that any-hit shaders decided about.
+        pub any_hits: u64,
+        /// Times that a ray unit handed a warp back to its shader, for hits to decide about.
+        pub unit_returns: u64,
+        /// Rays that went on from there.
+        pub resumed_rays: u64,
         /// Node steps of single lanes in the TLAS of two levels.
         pub tlas_steps: u64,
         /// Records of instances that single lanes read, to go into the BLAS.

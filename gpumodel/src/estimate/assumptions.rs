@@ -2,13 +2,14 @@
 
 use super::has_rays;
 use crate::config::{
-    Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, Reflections, Stage, has_secondary,
+    Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, RayUnit, Reflections, Stage,
+    has_secondary,
 };
 use crate::counters::Pass;
 use crate::layout::{NodeRecords, PrimitiveOrder};
 use crate::reflections::pipeline::{Binding, Pipeline};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
-use tracer::{Accel, LoopStructure, RayKind, TraceHeader};
+use tracer::{Accel, AlphaMode, AlphaTests, LoopStructure, MicromapFormat, RayKind, TraceHeader};
 
 /// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.
 const COMPILED_TRAIL_BITS: u32 = 32;
@@ -118,6 +119,9 @@ pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &Re
              since no shader of it was compiled."
                 .to_owned(),
         );
+    }
+    if let Some(alpha) = &header.alpha {
+        sentences.extend(alpha_assumptions(alpha, replayed, header, config));
     }
     if header.accel == Accel::TwoLevel {
         sentences.extend(level_assumptions(header, config));
@@ -273,6 +277,61 @@ fn resident(replayed: &Replayed, config: &ReplayConfig) -> String {
     format!(
         "{number} warps of {width} lanes are resident per core, from the register count of the cost table."
     )
+}
+
+fn alpha_assumptions(
+    alpha: &AlphaTests,
+    replayed: &Replayed,
+    header: &TraceHeader,
+    config: &ReplayConfig,
+) -> Vec<String> {
+    let count = alpha.tested.count(header.triangles);
+    let how = match alpha.mode {
+        AlphaMode::AnyHit => {
+            "an any-hit shader decides about their hits, and all other triangles are marked opaque"
+        }
+        AlphaMode::Unmarked => {
+            "no triangle is marked opaque, so an any-hit shader decides about every hit that is closer than those before"
+        }
+        AlphaMode::Opaque => "rays take all triangles as opaque",
+        AlphaMode::Cull => "rays pass through them",
+        AlphaMode::Micromap => {
+            "opacity micromaps decide about their hits where they can, and an any-hit shader elsewhere"
+        }
+    };
+    let mut sentences = vec![format!(
+        "{count} of {} triangles are alpha-tested, by three opaque posts and the gaps between them along an edge, as no image is read: {how}.",
+        header.triangles
+    )];
+    if config.technique.raster.is_some() && alpha.mode != AlphaMode::Opaque {
+        sentences.push(
+            "The rasteriser draws alpha-tested triangles whole, as an early depth test cannot.".to_owned(),
+        );
+    }
+    if !alpha.run_shaders() {
+        return sentences;
+    }
+    if let Some(MicromapFormat { level, states }) = alpha.micromap {
+        sentences.push(format!(
+            "Micromaps of level {level} and {} states take {} bytes among the triangles; shaders read and decode them, as drivers for Mali have them do \
+             (Calvo Lista 2026): no unit described here reads them.",
+            states.name(),
+            replayed.buffers.micromap
+        ));
+    }
+    match config.gpu.ray_unit_for(header) {
+        Some(RayUnit { return_cycles: Some(cycles), .. }) => sentences.push(format!(
+            "A ray with such a hit leaves the unit; its warp goes on when all of its rays have one or are done, and is away for {cycles} cycles."
+        )),
+        Some(_) => sentences.push("Lanes with such a hit wait until all of their warp have one or are done.".to_owned()),
+        None => sentences.push("Such a hit is decided about in the loop over triangles.".to_owned()),
+    }
+    let estimates = config.costs.alpha_estimates();
+    if !estimates.is_empty() {
+        sentences
+            .push(format!("Estimated figures of the cost table, for alpha tests: {}.", estimates.join(", ")));
+    }
+    sentences
 }
 
 fn level_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {

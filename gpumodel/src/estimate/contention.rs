@@ -161,10 +161,17 @@ impl InPhase<'_> {
         let latency = (turn_cycles / gpu.clock.hz - of_a_line).max(0.0);
         let network = Network {
             customers: (window.warp_ticks as f64 / window_turns).max(1.0),
-            think_time: latency * waits / window_turns + result,
+            think_time: latency * waits / window_turns + result + self.away_seconds(),
             stations,
         };
         (network, self.in_flight(window, lines, line_cycles))
+    }
+
+    /// Seconds of a turn that a warp is on its way from the ray unit to its shader and back.
+    fn away_seconds(&self) -> f64 {
+        let Self { counters: PassCounters { issue, .. }, gpu, .. } = self;
+        let cycles = gpu.ray_unit.as_ref().and_then(|unit| unit.return_cycles).unwrap_or(0.0);
+        cycles * issue.unit_returns as f64 / issue.turns.max(1) as f64 / gpu.clock.hz
     }
 
     /// Lines that a core's own cache has are not on their way to it.

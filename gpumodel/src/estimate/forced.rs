@@ -51,9 +51,14 @@ pub(super) fn costs(
                 | Feature::Mirror
                 | Feature::Glossy
                 | Feature::AmbientOcclusion
-                | Feature::Diffuse,
+                | Feature::Diffuse
+                | Feature::AlphaTests,
                 Choice::Out,
             ) => nothing,
+            // What shaders of them take no pass tells: they run among the steps of rays.
+            (Feature::AlphaTests, Choice::In) => {
+                ForcedCost { buffer_bytes: replayed.buffers.mask + replayed.buffers.micromap, ..nothing }
+            }
             (Feature::Normals, Choice::In) => {
                 let read = traffic(Pass::Output).normal.dram_read_bytes;
                 let apart = replayed.buffers.normal > 0;

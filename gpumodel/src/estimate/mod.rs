@@ -207,12 +207,12 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
     };
     let all = [
         of("nodes", bytes.node, node, traversal),
-        of("triangles", bytes.primitive, primitive, traversal),
+        of("triangles", bytes.primitive + bytes.micromap, primitive, traversal),
         of("triangle indices", bytes.index, index, &paths.ssbo),
         of("normals", bytes.normal, normal, &paths.ssbo),
         of("stacks", bytes.stack, stack, &paths.private),
         of("vertices", bytes.vertex, vertex, &paths.vertex),
-        of("images", bytes.image, image, &paths.texture),
+        of("images", bytes.image + bytes.mask, image, &paths.texture),
         of("records", bytes.record, record, &paths.ssbo),
     ];
     all.into_iter().filter(|buffer| buffer.line_accesses > 0).collect()

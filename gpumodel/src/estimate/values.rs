@@ -4,7 +4,7 @@ use crate::config::CacheRole;
 use crate::counters::{BufferTraffic, CounterSet, PassCounters, TrafficCounters, Value};
 use crate::replay::{ReplayConfig, Replayed};
 use crate::timed::TimedPhase;
-use tracer::{Topology, TraceHeader};
+use tracer::{AlphaTests, Topology, TraceHeader};
 
 /// What all passes of a frame share.
 pub(super) struct FrameValues<'a> {
@@ -24,6 +24,7 @@ pub(super) struct PassValues<'a> {
 }
 
 const NO_RAYS: &str = "no ray was traced";
+const NO_ANY_HITS: &str = "every triangle is marked opaque, or rays take it so or pass through it";
 const ONE_LEVEL: &str = "the structure has one level";
 const NO_RAY_UNIT: &str = "no ray unit walks the structure";
 const NO_TIME: &str = "it takes no time";
@@ -58,6 +59,7 @@ impl PassValues<'_> {
             "node_fetches_per_pixel" => Value::ratio(issue.node_fetches as f64, fragments, NO_FRAGMENTS),
             "primitive_tests" => self.of_rays(Value::Count(issue.primitive_tests)),
             "primitive_tests_per_ray" => Value::ratio(issue.primitive_tests as f64, rays, NO_RAYS),
+            "non_opaque_hits" | "any_hits" | "any_hits_per_ray" => self.alpha_tests(id),
             "instances" | "instances_per_ray" | "tlas_step_share" => self.two_levels(id),
             "restarts" => self.restarts(),
             id if id.starts_with("ray_unit_") => self.ray_unit(id),
@@ -155,6 +157,12 @@ impl PassValues<'_> {
             }
             "ray_unit_tlas_box_tests" => Value::Count(issue.unit_tlas_boxes),
             "ray_unit_instances" => Value::Count(issue.instances),
+            "ray_unit_non_opaque_hits" => Value::Count(issue.non_opaque_hits),
+            "ray_unit_resume_messages" | "ray_unit_resumed_rays" if !unit.walks() => {
+                Value::absent("the unit keeps no ray from one instruction to the next")
+            }
+            "ray_unit_resume_messages" => Value::Count(issue.unit_returns),
+            "ray_unit_resumed_rays" => Value::Count(issue.resumed_rays),
             "ray_unit_box_nodes" => Value::Count(issue.box_nodes),
             "ray_unit_box_nodes_quarter" => Value::Count(issue.box_nodes_quarter),
             "ray_unit_box_nodes_half" => Value::Count(issue.box_nodes_half),
@@ -166,6 +174,18 @@ impl PassValues<'_> {
             "ray_unit_triangle_nodes_three_quarters" => Value::Count(issue.triangle_nodes_three_quarters),
             "ray_unit_triangle_nodes_full" => Value::Count(issue.triangle_nodes_full),
             _ => Value::absent("this estimate does not compute it"),
+        }
+    }
+
+    fn alpha_tests(&self, id: &str) -> Value {
+        let issue = &self.pass.issue;
+        if !self.frame.header.alpha.as_ref().is_some_and(AlphaTests::run_shaders) {
+            return Value::absent(NO_ANY_HITS);
+        }
+        match id {
+            "non_opaque_hits" => self.of_rays(Value::Count(issue.non_opaque_hits)),
+            "any_hits" => self.of_rays(Value::Count(issue.any_hits)),
+            _ => Value::ratio(issue.any_hits as f64, issue.rays as f64, NO_RAYS),
         }
     }
 

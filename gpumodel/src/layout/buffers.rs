@@ -7,9 +7,11 @@
 //! | index (only where triangles are indexed) | u32 triangle per reference | position in the leaves |
 //! | stack (only where it is in memory) | 8 bytes per entry | resident warp, entry, lane: lanes lie side by side |
 //! | vertex (only for rasterisation) | three vertices per triangle of each mesh, no index list | triangle in file order |
+//! | mask, micromap (only of alpha-tested triangles) | 64 bytes of texels; bits per micro-triangle | position in the leaves |
 //! | image, attachment (only where a pass writes one for another) | 4x4 pixels side by side | tile, then Morton order |
 
 use super::VEC4_BYTES;
+use super::alpha::{Mask, Micromaps};
 use super::instanced::InstancedTriangles;
 use super::node::NodeLayout;
 use super::order::NodeOrder;
@@ -83,13 +85,17 @@ pub struct BufferBytes {
     pub image: u64,
     /// Rays, hits and their orders, which one compute pass lists for another.
     pub record: u64,
+    /// Masks of alpha-tested triangles.
+    pub mask: u64,
+    /// Opacity micromaps.
+    pub micromap: u64,
 }
 
 impl BufferBytes {
     /// All buffers together.
     pub fn total(&self) -> u64 {
-        let Self { node, primitive, index, normal, stack, vertex, image, record } = self;
-        [node, primitive, index, normal, stack, vertex, image, record].into_iter().sum()
+        let Self { node, primitive, index, normal, stack, vertex, image, record, mask, micromap } = self;
+        [node, primitive, index, normal, stack, vertex, image, record, mask, micromap].into_iter().sum()
     }
 }
 
@@ -197,6 +203,9 @@ pub(crate) struct Buffers {
     intersections: Records,
     shading: Records,
     index_base: Option<u32>,
+    /// Where any-hit shaders sample the mask.
+    mask: Mask,
+    pub(crate) micromaps: Option<Micromaps>,
     /// Addresses in bytes: of the vertices, and of the image or the first attachment.
     pub(crate) vertex_base: u64,
     pub(crate) image_base: u64,
@@ -274,6 +283,10 @@ impl Buffers {
         let attachments = raster.as_ref().map_or(0, |raster| raster.attachments_in_memory().len() as u64);
         let images = image_bytes * (attachments + u64::from(present.is_some()));
         let image_base = place(images);
+        let mask_bytes = u64::from(config.costs.alpha(header)?.mask_bytes);
+        let mask = Mask { base: place(mask_bytes), bytes: mask_bytes };
+        let instanced = InstancedTriangles::new(topology);
+        let micromaps = Micromaps::new(header, topology, instanced.as_ref(), &mut place);
         let sizes = BufferBytes {
             node: structure_bytes,
             primitive: records * u64::from(primitive.vertex_bytes),
@@ -283,6 +296,8 @@ impl Buffers {
             vertex: triangle_bytes * u64::from(topology.stored_triangles()),
             image: images,
             record: 0,
+            mask: mask_bytes,
+            micromap: micromaps.as_ref().map_or(0, Micromaps::bytes),
         };
         let end = next / VEC4_BYTES;
         if end > u64::from(u32::MAX) {
@@ -339,7 +354,7 @@ impl Buffers {
             record_of_position,
             record_of_triangle,
             triangles: topology.triangles,
-            instanced: InstancedTriangles::new(topology),
+            instanced,
             intersections: Records {
                 base: vec4(vertex_base + u64::from(intersection.start)),
                 stride: vec4(u64::from(stride)),
@@ -349,6 +364,8 @@ impl Buffers {
                 stride: vec4(u64::from(shading_stride)),
             },
             index_base: index_base.map(vec4),
+            mask,
+            micromaps,
             vertex_base: raster_base,
             image_base,
             image_bytes,
@@ -392,12 +409,28 @@ impl Buffers {
     /// Address of what an intersection with the triangle at a position in the leaves reads.
     #[inline(always)]
     pub(crate) fn intersection(&self, position: u32) -> Option<u32> {
-        let record = if self.record_of_position.is_empty() {
+        let record = self.record(position)?;
+        Some(self.intersections.base + record * self.intersections.stride)
+    }
+
+    /// Address of the attributes of the triangle at a position in the leaves.
+    pub(crate) fn attributes(&self, position: u32) -> Option<u32> {
+        let record = self.record(position)?;
+        Some(self.shading.base + record * self.shading.stride)
+    }
+
+    /// Address in bytes of what an any-hit shader samples of the mask for the triangle at a position in the leaves.
+    pub(crate) fn mask(&self, position: u32) -> u64 {
+        self.mask.base + u64::from(position) * Mask::TRIANGLE_BYTES % self.mask.bytes.max(1)
+    }
+
+    #[inline(always)]
+    fn record(&self, position: u32) -> Option<u32> {
+        Some(if self.record_of_position.is_empty() {
             (position < self.positions).then_some(position)?
         } else {
             *self.record_of_position.get(position as usize)?
-        };
-        Some(self.intersections.base + record * self.intersections.stride)
+        })
     }
 
     /// Line of the index list that holds a position in the leaves.

@@ -1,5 +1,6 @@
 //! Where things lie in memory: the only place of the project where a node number becomes an address.
 
+mod alpha;
 mod buffers;
 mod instanced;
 mod node;

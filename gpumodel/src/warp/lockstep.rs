@@ -10,6 +10,15 @@ use tracer::{LoopStructure, Op, Step};
 /// Kinds of one search step, in the order of the loop body. To enter an instance is to go on searching, in another tree.
 const SEARCH: [Op; 6] = [Op::Pop, Op::Restart, Op::Up, Op::Node, Op::Push, Op::Instance];
 
+/// When lanes that found a hit which a shader decides about take that step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AnyHits {
+    /// In the loop over triangles, right after the test.
+    InLoop,
+    /// When no lane of the warp can go on: a query returns to its shader for the whole warp.
+    OnReturn,
+}
+
 /// Sees what a warp executes.
 pub(crate) trait Body {
     /// A trip of a loop began, with this many lanes.
@@ -51,7 +60,7 @@ impl Lockstep {
     #[inline]
     pub(crate) fn run<B: Body>(
         &mut self,
-        structure: LoopStructure,
+        (structure, any_hits): (LoopStructure, AnyHits),
         steps: &[Step],
         ranges: impl Iterator<Item = (usize, u32, u32)>,
         body: &mut B,
@@ -65,27 +74,28 @@ impl Lockstep {
             let searching = self.searching();
             let testing = self.waiting[Op::Primitive as usize];
             if searching | testing == 0 {
-                break;
+                if self.waiting[Op::AnyHit as usize] == 0 {
+                    return Ok(());
+                }
+                self.step(Op::AnyHit, steps, body)?;
+                continue;
             }
+            let any_hits = any_hits == AnyHits::InLoop;
             match structure {
                 LoopStructure::WhileWhile => {
                     while self.search_trip(steps, body)? {}
-                    while self.primitive_trip(steps, body)? {}
+                    while self.primitive_trip(any_hits, steps, body)? {}
                 }
                 LoopStructure::SingleLoop => {
                     self.search_trip(steps, body)?;
-                    while self.primitive_trip(steps, body)? {}
+                    while self.primitive_trip(any_hits, steps, body)? {}
                 }
                 LoopStructure::IfIf => {
                     self.search_trip(steps, body)?;
-                    self.primitive_trip(steps, body)?;
+                    self.primitive_trip(any_hits, steps, body)?;
                 }
             }
         }
-        if self.waiting[Op::AnyHit as usize] != 0 {
-            return Err("it has steps of kind AnyHit, which no modelled shader takes".to_owned());
-        }
-        Ok(())
     }
 
     /// Lanes whose next step is one of the search.
@@ -109,15 +119,23 @@ impl Lockstep {
         Ok(true)
     }
 
-    /// One trip of the triangle loop; false if no lane needed it.
+    /// One trip of the triangle loop, with the any-hit shaders of what it finds; false if no lane needed it.
     #[inline(always)]
-    fn primitive_trip<B: Body>(&mut self, steps: &[Step], body: &mut B) -> Result<bool, String> {
+    fn primitive_trip<B: Body>(
+        &mut self,
+        any_hits: bool,
+        steps: &[Step],
+        body: &mut B,
+    ) -> Result<bool, String> {
         let testing = self.waiting_lanes[Op::Primitive as usize];
         if testing == 0 {
             return Ok(false);
         }
         body.trip(testing.count_ones());
         self.step(Op::Primitive, steps, body)?;
+        if any_hits && self.waiting[Op::AnyHit as usize] != 0 {
+            self.step(Op::AnyHit, steps, body)?;
+        }
         Ok(true)
     }
 
@@ -188,14 +206,18 @@ mod tests {
     }
 
     /// The definition, lane by lane, without masks.
-    fn naive(structure: LoopStructure, lanes: &[Vec<(Op, u32)>]) -> Log {
+    fn naive((structure, any_hits): (LoopStructure, AnyHits), lanes: &[Vec<(Op, u32)>]) -> Log {
         let mut log = Log::default();
         let mut at = vec![0; lanes.len()];
         let next = |at: &[usize], lane: usize| lanes[lane].get(at[lane]).copied();
         let wants = |at: &[usize], search: bool| -> u32 {
-            let is_wanted =
-                |&lane: &usize| next(at, lane).is_some_and(|(op, _)| SEARCH.contains(&op) == search);
+            let is_wanted = |&lane: &usize| {
+                next(at, lane).is_some_and(|(op, _)| op != Op::AnyHit && SEARCH.contains(&op) == search)
+            };
             (0..lanes.len()).filter(is_wanted).count() as u32
+        };
+        let asks = |at: &[usize]| {
+            (0..lanes.len()).any(|lane| next(at, lane).is_some_and(|(op, _)| op == Op::AnyHit))
         };
         let step = |at: &mut Vec<usize>, log: &mut Log, op: Op| {
             let (mut who, mut ids) = (Vec::new(), Vec::new());
@@ -223,10 +245,17 @@ mod tests {
             if count > 0 {
                 log.trip(count);
                 step(at, log, Op::Primitive);
+                if any_hits == AnyHits::InLoop {
+                    step(at, log, Op::AnyHit);
+                }
             }
             count > 0
         };
-        while wants(&at, true) + wants(&at, false) > 0 {
+        while wants(&at, true) + wants(&at, false) > 0 || asks(&at) {
+            if wants(&at, true) + wants(&at, false) == 0 {
+                step(&mut at, &mut log, Op::AnyHit);
+                continue;
+            }
             match structure {
                 LoopStructure::WhileWhile => {
                     while search(&mut at, &mut log) {}
@@ -245,7 +274,7 @@ mod tests {
         log
     }
 
-    fn run(structure: LoopStructure, lanes: &[Vec<(Op, u32)>]) -> Result<Log, String> {
+    fn run(loops: (LoopStructure, AnyHits), lanes: &[Vec<(Op, u32)>]) -> Result<Log, String> {
         let mut steps = Vec::new();
         let ranges: Vec<_> = lanes
             .iter()
@@ -257,7 +286,7 @@ mod tests {
             })
             .collect();
         let mut log = Log::default();
-        Lockstep::new().run(structure, &steps, ranges.into_iter(), &mut log)?;
+        Lockstep::new().run(loops, &steps, ranges.into_iter(), &mut log)?;
         Ok(log)
     }
 
@@ -272,6 +301,7 @@ mod tests {
             Op::Primitive,
             Op::Node,
             Op::Primitive,
+            Op::AnyHit,
         ];
         let step = (0..ops.len(), 0_u32..1000).prop_map(move |(op, id)| (ops[op], id));
         prop::collection::vec(step, 0..longest)
@@ -294,14 +324,17 @@ mod tests {
         })
     }
 
-    const STRUCTURES: [LoopStructure; 3] =
-        [LoopStructure::WhileWhile, LoopStructure::SingleLoop, LoopStructure::IfIf];
+    fn all_loops() -> impl Iterator<Item = (LoopStructure, AnyHits)> {
+        [LoopStructure::WhileWhile, LoopStructure::SingleLoop, LoopStructure::IfIf]
+            .into_iter()
+            .flat_map(|structure| [AnyHits::InLoop, AnyHits::OnReturn].map(|any_hits| (structure, any_hits)))
+    }
 
     proptest! {
         #[test]
         fn groups_do_what_the_definition_says(lanes in prop_oneof![any_steps(), like_steps()]) {
-            for structure in STRUCTURES {
-                prop_assert_eq!(run(structure, &lanes).unwrap(), naive(structure, &lanes));
+            for loops in all_loops() {
+                prop_assert_eq!(run(loops, &lanes).unwrap(), naive(loops, &lanes));
             }
         }
 
@@ -309,8 +342,8 @@ mod tests {
         fn a_warp_takes_at_least_the_steps_of_its_longest_lane_and_at_most_those_of_all(lanes in any_steps()) {
             let longest = lanes.iter().map(Vec::len).max().unwrap_or(0);
             let all: usize = lanes.iter().map(Vec::len).sum();
-            for structure in STRUCTURES {
-                let log = run(structure, &lanes).unwrap();
+            for loops in all_loops() {
+                let log = run(loops, &lanes).unwrap();
                 let steps = log.0.iter().filter(|(op, ..)| op.is_some()).count();
                 prop_assert!(longest <= steps && steps <= all, "{longest} <= {steps} <= {all}");
             }
@@ -322,7 +355,12 @@ mod tests {
         use Op::{Node, Primitive};
         let lanes = [vec![(Node, 0), (Primitive, 7)], vec![(Node, 0), (Node, 1), (Node, 3)]];
         let ops = |structure| -> Vec<Op> {
-            run(structure, &lanes).unwrap().0.into_iter().filter_map(|(op, ..)| op).collect()
+            run((structure, AnyHits::InLoop), &lanes)
+                .unwrap()
+                .0
+                .into_iter()
+                .filter_map(|(op, ..)| op)
+                .collect()
         };
         assert_eq!(ops(LoopStructure::WhileWhile), [Node, Node, Node, Primitive]);
         assert_eq!(ops(LoopStructure::SingleLoop), [Node, Primitive, Node, Node]);
@@ -332,7 +370,7 @@ mod tests {
     #[test]
     fn a_lane_pops_fetches_and_pushes_in_one_trip() {
         let lanes = [vec![(Op::Pop, 0), (Op::Node, 5), (Op::Push, 0)]];
-        let log = run(LoopStructure::WhileWhile, &lanes).unwrap();
+        let log = run((LoopStructure::WhileWhile, AnyHits::InLoop), &lanes).unwrap();
         assert_eq!(log.0.iter().filter(|(op, ..)| op.is_none()).count(), 1);
     }
 
@@ -340,14 +378,26 @@ mod tests {
     fn a_lane_that_enters_an_instance_searches_on_while_others_wait_in_their_leaves() {
         use Op::{Instance, Node, Primitive};
         let lanes = [vec![(Node, 8), (Primitive, 7)], vec![(Node, 0), (Instance, 1), (Node, 4)]];
-        let log = run(LoopStructure::WhileWhile, &lanes).unwrap();
+        let log = run((LoopStructure::WhileWhile, AnyHits::InLoop), &lanes).unwrap();
         let ops: Vec<Op> = log.0.into_iter().filter_map(|(op, ..)| op).collect();
         assert_eq!(ops, [Node, Instance, Node, Primitive]);
     }
 
     #[test]
-    fn steps_without_a_modelled_shader_are_refused() {
-        let refusal = run(LoopStructure::WhileWhile, &[vec![(Op::Node, 0), (Op::AnyHit, 1)]]).unwrap_err();
-        assert!(refusal.contains("AnyHit"), "{refusal}");
+    fn a_lane_with_a_hit_to_decide_about_waits_for_its_warp_only_where_queries_return() {
+        use Op::{AnyHit, Node, Primitive};
+        let lanes = [
+            vec![(Primitive, 7), (AnyHit, 7), (Primitive, 8), (AnyHit, 8)],
+            vec![(Primitive, 7), (Primitive, 8), (Primitive, 9), (Node, 1)],
+        ];
+        let ops = |any_hits| -> Vec<Op> {
+            let log = run((LoopStructure::WhileWhile, any_hits), &lanes).unwrap();
+            log.0.into_iter().filter_map(|(op, ..)| op).collect()
+        };
+        assert_eq!(ops(AnyHits::InLoop), [Primitive, AnyHit, Primitive, AnyHit, Primitive, Node]);
+        assert_eq!(
+            ops(AnyHits::OnReturn),
+            [Primitive, Primitive, Primitive, Node, AnyHit, Primitive, AnyHit]
+        );
     }
 }

@@ -7,12 +7,16 @@
 use super::levels::Levels;
 use super::ray_unit::UnitTally;
 use super::steps::{SetSteps, Tally, TileTally, WarpStep};
-use crate::config::{Cost, RayUnit, SecondaryCosts};
+use crate::config::{AlphaCosts, Cost, RayUnit, SecondaryCosts};
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
 use crate::layout::{BufferKind, Buffers, NodeRecords, PrimitiveLayout, Reads};
 use crate::replay::{Fidelity, ReplayConfig};
-use tracer::{NodeFetch, Op, RayKind, Topology, TraceHeader};
+use tracer::{AlphaTests, DECIDED_BY_MICROMAP, NodeFetch, Op, RayKind, Topology, TraceHeader};
+
+/// Bytes of a micromap that a look-up reads, and of a mask's texel.
+pub(super) const MICROMAP_READ_BYTES: u32 = 4;
+pub(super) const MASK_TEXEL_BYTES: u32 = 1;
 
 /// Bytes of an index list's entry.
 pub(super) const INDEX_BYTES: u32 = 4;
@@ -28,6 +32,8 @@ pub(crate) struct Program {
     /// A ray unit reads nodes and triangles and tests them.
     pub(super) by_ray_unit: bool,
     step_costs: [Cost; Op::ALL.len()],
+    /// Where the trace has any-hit shaders.
+    any_hits: Option<AnyHitCosts>,
     /// Address arithmetic of one node record.
     record_cost: Cost,
     /// The same two of a TLAS whose nodes are unlike those of BLASes.
@@ -53,6 +59,17 @@ pub(crate) struct Program {
     pub(super) texture_line_shift: u32,
     counter_line_shift: u32,
     pub(super) texture_samples_per_clock: f64,
+}
+
+/// What a hit costs that the traversal does not decide about.
+#[derive(Clone, Copy)]
+struct AnyHitCosts {
+    /// Leaving the traversal and going on with it, and looking a micromap up.
+    step: Cost,
+    /// The shader.
+    shader: Cost,
+    /// A ray unit hands the warp back to its shader.
+    leaves_unit: bool,
 }
 
 /// What a node step costs.
@@ -118,6 +135,7 @@ impl Program {
             let loads = if by_ray_unit && op == Op::Primitive { 0 } else { loads };
             step_costs[op as usize] = unless_unit_walks(with_loads(cost, loads));
         }
+        let any_hits = AnyHitCosts::new(header, &buffers, unit, config)?;
         let query = match unit {
             Some(unit) if unit.walks() => config.costs.ray_query.start,
             Some(_) => traversal.start,
@@ -167,6 +185,7 @@ impl Program {
             levels: Levels::new(header, topology),
             keeps_turns: config.fidelity == Fidelity::Timed,
             step_costs,
+            any_hits,
             by_ray_unit,
             record_cost: unless_by_unit(shared.address.times(buffers.tree.reads.loads)),
             tlas_costs: NodeCosts {
@@ -246,6 +265,11 @@ impl Program {
                 bytes(self.buffers.intersection_reads) + index
             }
             Op::Instance => bytes(self.buffers.tree.instance_reads),
+            Op::AnyHit => {
+                let shader = id & DECIDED_BY_MICROMAP == 0;
+                let of_shader = if shader { bytes(self.buffers.shading_reads) + MASK_TEXEL_BYTES } else { 0 };
+                of_shader + if self.buffers.micromaps.is_some() { MICROMAP_READ_BYTES } else { 0 }
+            }
             _ => self.records(op, id) * bytes(self.buffers.tree.reads_of(self.levels.in_tlas(id))),
         }
     }
@@ -309,6 +333,17 @@ impl Program {
         issue.primitive_alu += alu(self.step_costs[Op::Primitive as usize], of(Op::Primitive).1);
         issue.node_fetches += record_lanes;
         issue.primitive_tests += of(Op::Primitive).1;
+        if let Some(AnyHitCosts { step, shader, leaves_unit }) = self.any_hits {
+            let ((returns, hits), (shader_warps, shader_lanes)) = (of(Op::AnyHit), set.any_hit_shaders);
+            self.spend(step, returns, hits, issue);
+            self.spend(shader, shader_warps, shader_lanes, issue);
+            issue.non_opaque_hits += hits;
+            issue.any_hits += shader_lanes;
+            if leaves_unit {
+                issue.unit_returns += returns;
+                issue.resumed_rays += hits - set.answered_rays;
+            }
+        }
         let UnitTally { nodes: [boxes, triangles], tlas_boxes } = &set.unit;
         issue.unit_tlas_boxes += tlas_boxes;
         issue.box_nodes += boxes.by_quarters.iter().sum::<u64>();
@@ -336,8 +371,17 @@ impl Program {
         step.op != Op::Node || self.nodes != NodeReads::Parent || step.lanes > step.root_lanes
     }
 
+    /// Whether its traversals leave hits to any-hit shaders.
+    pub(super) fn has_any_hits(&self) -> bool {
+        self.any_hits.is_some()
+    }
+
     /// What a warp issues for a step that touches memory.
     pub(super) fn step_cost(&self, step: WarpStep<'_>) -> Cost {
+        if let (Op::AnyHit, Some(costs)) = (step.op, self.any_hits) {
+            let shader = if step.shader_lanes > 0 { costs.shader } else { Cost::default() };
+            return sum(&[costs.step, shader]);
+        }
         let siblings = u32::from(step.lanes > step.root_lanes);
         let records = match (step.op, self.nodes) {
             (Op::Up, _) | (Op::Node, NodeReads::One) => 1,
@@ -408,6 +452,42 @@ impl Program {
         issue.alu_issued += u64::from(cost.alu) * warps * width;
         issue.efu_active += u64::from(cost.efu) * lanes;
         issue.efu_issued += u64::from(cost.efu) * warps * width;
+    }
+}
+
+impl AnyHitCosts {
+    /// `None` where the trace has no any-hit shaders.
+    ///
+    /// # Errors
+    /// When the cost table or the ray unit says nothing of them.
+    fn new(
+        header: &TraceHeader,
+        buffers: &Buffers,
+        unit: Option<&RayUnit>,
+        config: &ReplayConfig,
+    ) -> Result<Option<Self>, Error> {
+        if !header.alpha.as_ref().is_some_and(AlphaTests::run_shaders) {
+            return Ok(None);
+        }
+        let AlphaCosts { any_hit, resume, micromap, .. } = config.costs.alpha(header)?;
+        let address = config.costs.shared.address;
+        let leaves_unit = unit.is_some_and(RayUnit::walks);
+        if leaves_unit && unit.is_some_and(|unit| unit.return_cycles.is_none()) {
+            return Err(Error::Trace {
+                scene: header.scene.clone(),
+                problem: format!(
+                    "it has alpha tests, and nothing is known of how a ray leaves the unit of {}",
+                    config.gpu.name()
+                ),
+                remedy: "add return_cycles to its [ray_unit], as configs/gpus/mali-g715.toml has".to_owned(),
+            });
+        }
+        let of_unit = if unit.is_some() { resume } else { Cost::default() };
+        let of_micromap =
+            if buffers.micromaps.is_some() { sum(&[micromap, address]) } else { Cost::default() };
+        // A texture takes its coordinates as they are.
+        let shader = sum(&[any_hit, address.times(buffers.shading_reads.loads)]);
+        Ok(Some(Self { step: sum(&[of_unit, of_micromap]), shader, leaves_unit }))
     }
 }
 

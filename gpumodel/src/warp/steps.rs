@@ -5,12 +5,14 @@
 
 use super::distinct::Distinct;
 use super::levels::Levels;
-use super::lockstep::{Body, Lockstep};
+use super::lockstep::{AnyHits, Body, Lockstep};
 use super::ray_unit::{UnitTally, UnitTests};
 use crate::replay::ReplayConfig;
 use crate::schedule::{HELPER, LaneMap};
 use std::ops::Range;
-use tracer::{LoopStructure, NOT_CAST, Op, RaySet, Tile, TileRect, Topology, TraceHeader};
+use tracer::{
+    DECIDED_BY_MICROMAP, LoopStructure, NOT_CAST, Op, Query, RaySet, Tile, TileRect, Topology, TraceHeader,
+};
 
 /// Steps and trips of a ray set, by how many warps and how many lanes took them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,6 +30,10 @@ pub(crate) struct Tally {
     pub(crate) warp_trips: u64,
     pub(crate) lane_trips: u64,
     pub(crate) unit: UnitTally,
+    /// Any-hit steps in which some lane ran the shader, and those lanes.
+    pub(crate) any_hit_shaders: (u64, u64),
+    /// Rays whose last step was one, as its hit answers the query.
+    pub(crate) answered_rays: u64,
     /// Warps that traced any ray of the set, and those rays.
     pub(crate) warps: u64,
     pub(crate) rays: u64,
@@ -39,7 +45,7 @@ pub(crate) struct Tally {
 /// How the rays of a warp go through their steps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Walk {
-    loop_structure: LoopStructure,
+    loops: (LoopStructure, AnyHits),
     stack_in_memory: bool,
     levels: Levels,
     unit: Option<UnitTests>,
@@ -50,12 +56,13 @@ impl Walk {
         let levels = Levels::new(header, topology);
         let Some(unit) = config.gpu.ray_unit_for(header) else {
             let stack_in_memory = header.stack_entries > 0;
-            return Self { loop_structure: header.loop_structure, stack_in_memory, levels, unit: None };
+            let loops = (header.loop_structure, AnyHits::InLoop);
+            return Self { loops, stack_in_memory, levels, unit: None };
         };
         // A unit that walks tests nodes and triangles as its rays come to them, and keeps their stacks itself.
         let by_shader = !unit.walks();
         Self {
-            loop_structure: if by_shader { header.loop_structure } else { LoopStructure::IfIf },
+            loops: (if by_shader { header.loop_structure } else { LoopStructure::IfIf }, AnyHits::OnReturn),
             stack_in_memory: by_shader && header.stack_entries > 0,
             levels,
             unit: Some(UnitTests::new(unit, config.gpu.cores.warp_width, topology)),
@@ -114,12 +121,15 @@ pub(crate) struct WarpStep<'a> {
     pub(crate) lanes: u32,
     /// Of them, those that read no sibling: at a root, or at a wide BLAS's node.
     pub(crate) root_lanes: u32,
+    /// Of them, those that run an any-hit shader.
+    pub(crate) shader_lanes: u32,
     /// Distinct ids in order of first appearance; for Push and Pop three words each: entry and lane mask, low half first.
     pub(crate) records: &'a [u32],
 }
 
 const OP_SHIFT: u32 = 29;
-const ROOT_SHIFT: u32 = 16;
+/// Lanes at a root, or with a shader.
+const PART_SHIFT: u32 = 16;
 const LANES_SHIFT: u32 = 8;
 const FIELD: u32 = 0x7F;
 /// The most words of a step: the header, and three for each stack entry.
@@ -142,8 +152,9 @@ impl WarpSteps {
             let per_record = if matches!(op, Op::Push | Op::Pop) { 3 } else { 1 };
             let (records, rest) = rest.split_at(count * per_record);
             words = rest;
-            let (lanes, root_lanes) = (header >> LANES_SHIFT & FIELD, header >> ROOT_SHIFT & FIELD);
-            Some(WarpStep { op, lanes, root_lanes, records })
+            let (lanes, part) = (header >> LANES_SHIFT & FIELD, header >> PART_SHIFT & FIELD);
+            let (root_lanes, shader_lanes) = if op == Op::AnyHit { (0, part) } else { (part, 0) };
+            Some(WarpStep { op, lanes, root_lanes, shader_lanes, records })
         })
     }
 }
@@ -212,7 +223,11 @@ impl Stepper {
                 });
                 let (words, used) = (&mut warp.words, &mut warp.used);
                 let mut body = Recorder { walk, words, used, distinct, tally: &mut *tally };
-                lockstep.run(walk.loop_structure, &set.steps, ranges, &mut body)?;
+                lockstep.run(walk.loops, &set.steps, ranges, &mut body)?;
+                if id.kind.query(header.shadow_query) == Query::Any {
+                    let answered = traced().filter(|&(_, &ray)| ends_in_any_hit(set, ray as usize));
+                    tally.answered_rays += answered.count() as u64;
+                }
             }
             let first_shaded = warp.shaded.len();
             let hits = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit < NOT_CAST);
@@ -245,6 +260,12 @@ fn is_traced(set: &RaySet, source: Option<&[u32]>, ray: usize) -> bool {
     let has_steps = !set.range(ray).is_empty();
     let due = source.is_none_or(|hits| hits[ray] < NOT_CAST) && set.hits[ray] != NOT_CAST;
     has_steps || due
+}
+
+/// Whether a ray ended with a hit that its last step accepted.
+fn ends_in_any_hit(set: &RaySet, ray: usize) -> bool {
+    let last = set.steps[set.range(ray)].last();
+    last.is_some_and(|step| step.op() == Op::AnyHit) && set.hits[ray] < NOT_CAST
 }
 
 /// Writes steps into words.
@@ -348,11 +369,18 @@ impl Recorder<'_> {
                 self.tally.tlas_steps.1 += u64::from(in_tlas);
                 self.tally.root_lanes += u64::from(roots);
                 self.tally.sibling_steps += u64::from(op == Op::Node && roots < active);
+                let part =
+                    if op == Op::AnyHit { lanes_where(&|id| id & DECIDED_BY_MICROMAP == 0) } else { roots };
+                if op == Op::AnyHit {
+                    let (warps, shader_lanes) = &mut self.tally.any_hit_shaders;
+                    *warps += u64::from(part > 0);
+                    *shader_lanes += u64::from(part);
+                }
                 self.room();
                 let (head, rest) = self.words[*self.used..].split_at_mut(1);
                 let out = rest.first_chunk_mut().expect("there is room for a step");
                 let found = self.distinct.filter(ids.iter().copied(), out);
-                head[0] = header | roots << ROOT_SHIFT | found as u32;
+                head[0] = header | part << PART_SHIFT | found as u32;
                 *self.used += 1 + found;
             }
         }

@@ -1,8 +1,9 @@
 //! The triangle loop of a BVH leaf, shared by all BVH traversals.
 
 use super::tree::NodeRef;
+use crate::alpha::RayQuery;
 use crate::observe::{Observer, Op};
-use crate::ray::Hit;
+use crate::ray::{Hit, Query};
 use crate::triangle::{GROUP, RayTriangle, TriangleGroup};
 
 /// What the leaves of a tree refer to.
@@ -17,16 +18,16 @@ pub(crate) struct Leaves<'a, P: RayTriangle> {
 }
 
 /// Tests a leaf's triangles, keeping the nearest hit in `best`; among equal distances the lowest triangle index wins, so that
-/// every structure gives the same answer. With `any`, returns at the first hit. Returns whether a hit was found.
+/// every structure gives the same answer. [`Query::Any`] returns at the first hit that the query accepts. Returns whether one was found.
 ///
-/// Triangles are tested in groups. Hits and steps are those of a loop over single triangles: with `any`, the triangles behind the
-/// first hit of a group count as not tested.
+/// Triangles are tested in groups. Hits and steps are those of a loop over single triangles: with [`Query::Any`], the triangles behind
+/// the hit of a group count as not tested.
 #[inline(always)]
-pub(crate) fn intersect<P: RayTriangle, O: Observer>(
+pub(crate) fn intersect<P: RayTriangle, Q: RayQuery, O: Observer>(
     Leaves { references, groups, base }: Leaves<'_, P>,
     leaf: NodeRef,
     ray: P::Ray<'_>,
-    any: bool,
+    query: Q,
     best: &mut Hit,
     observer: &mut O,
 ) -> bool {
@@ -38,24 +39,33 @@ pub(crate) fn intersect<P: RayTriangle, O: Observer>(
     for (index, group) in groups.iter().enumerate() {
         let hits = group.intersect(ray, best.t);
         let filled = (count - index * GROUP).min(GROUP) as u32;
-        let tested = if any && hits.lanes != 0 { hits.lanes.trailing_zeros() + 1 } else { filled };
-        for position in group.first()..group.first() + tested {
-            observer.step(Op::Primitive, position);
-        }
+        // Of the group's triangles, those up to here have been told to the observer.
+        let mut told = group.first();
+        let mut tell = |end: u32, observer: &mut O| {
+            (told..end).for_each(|position| observer.step(Op::Primitive, position));
+            told = end;
+        };
         let mut lanes = hits.lanes;
         while lanes != 0 {
             let lane = lanes.trailing_zeros();
             lanes &= lanes - 1;
             let (t, u, v) = hits.of_lane(lane as usize);
-            let primitive = base + references[(group.first() + lane) as usize];
+            let position = group.first() + lane;
+            let primitive = base + references[position as usize];
             if t < best.t || (t <= best.t && primitive < best.primitive) {
-                *best = Hit { t, u, v, primitive };
+                tell(position + 1, observer);
+                let hit = Hit { t, u, v, primitive };
+                if !query.accepts(&hit, position, observer) {
+                    continue;
+                }
+                *best = hit;
                 found = true;
-                if any {
+                if query.query() == Query::Any {
                     return true;
                 }
             }
         }
+        tell(group.first() + filled, observer);
     }
     found
 }

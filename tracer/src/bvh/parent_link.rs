@@ -8,6 +8,7 @@
 use super::leaf;
 use super::tree::{Bvh, BvhNodeKind, NodeRef};
 use crate::aabb::SlabRay;
+use crate::alpha::RayQuery;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
@@ -40,11 +41,11 @@ enum From {
 }
 
 /// Traces one ray. Each node is entered at most once in each of the three states, which bounds the loop.
-pub fn trace<P: RayTriangle, O: Observer>(
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
     bvh: &Bvh<P>,
     links: &ParentLinks,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
     let prepared = P::prepare(ray);
@@ -82,9 +83,8 @@ pub fn trace<P: RayTriangle, O: Observer>(
             from = From::Parent;
             continue;
         }
-        let found =
-            hit && leaf::intersect(bvh.leaves(0), node, prepared, query == Query::Any, &mut best, observer);
-        if (found && query == Query::Any) || current == 0 {
+        let found = hit && leaf::intersect(bvh.leaves(0), node, prepared, query, &mut best, observer);
+        if (found && query.query() == Query::Any) || current == 0 {
             return best;
         }
         if from == From::Parent {

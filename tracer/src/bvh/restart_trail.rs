@@ -7,6 +7,7 @@
 use super::leaf;
 use super::tree::{Bvh, NodeRef};
 use crate::aabb::SlabRay;
+use crate::alpha::RayQuery;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
@@ -126,26 +127,26 @@ impl ShortStack {
 /// # Panics
 /// When the tree is deeper than the trail, or the short stack larger than its limit: the caller checks both, see
 /// [`AccelerationStructure::build`](crate::AccelerationStructure::build).
-pub fn trace<P: RayTriangle, O: Observer>(
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
     bvh: &Bvh<P>,
     bits: TrailBits,
     short_stack: u32,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
     assert!(bvh.depth <= bits.max_depth() && short_stack <= MAX_SHORT_STACK);
     match bits {
-        TrailBits::Bits32 => trace_with::<u32, P, O>(bvh, short_stack, ray, query, observer),
-        TrailBits::Bits64 => trace_with::<u64, P, O>(bvh, short_stack, ray, query, observer),
+        TrailBits::Bits32 => trace_with::<u32, P, Q, O>(bvh, short_stack, ray, query, observer),
+        TrailBits::Bits64 => trace_with::<u64, P, Q, O>(bvh, short_stack, ray, query, observer),
     }
 }
 
-fn trace_with<W: TrailWord, P: RayTriangle, O: Observer>(
+fn trace_with<W: TrailWord, P: RayTriangle, Q: RayQuery, O: Observer>(
     bvh: &Bvh<P>,
     short_stack: u32,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
     let prepared = P::prepare(ray);
@@ -203,8 +204,8 @@ fn trace_with<W: TrailWord, P: RayTriangle, O: Observer>(
                 }
                 continue;
             }
-        } else if leaf::intersect(bvh.leaves(0), node, prepared, query == Query::Any, &mut best, observer)
-            && query == Query::Any
+        } else if leaf::intersect(bvh.leaves(0), node, prepared, query, &mut best, observer)
+            && query.query() == Query::Any
         {
             return best;
         }

@@ -4,6 +4,7 @@ use super::leaf;
 use super::pair_tree::PairTree;
 use super::tree::{Bvh, NodeRef};
 use crate::aabb::SlabRay;
+use crate::alpha::RayQuery;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
@@ -20,34 +21,45 @@ struct Entry {
 
 /// Traces one ray. Every node is visited at most once, so the loop is bounded by the tree.
 #[inline]
-pub fn trace<P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, query: Query, observer: &mut O) -> Hit {
-    match query {
-        Query::Closest => run::<false, P, O>(bvh, ray, observer),
-        Query::Any => run::<true, P, O>(bvh, ray, observer),
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
+    bvh: &Bvh<P>,
+    ray: &Ray,
+    query: Q,
+    observer: &mut O,
+) -> Hit {
+    match query.query() {
+        Query::Closest => run::<false, P, Q, O>(bvh, ray, query, observer),
+        Query::Any => run::<true, P, Q, O>(bvh, ray, query, observer),
     }
 }
 
 #[inline(never)]
-fn run<const ANY: bool, P: RayTriangle, O: Observer>(bvh: &Bvh<P>, ray: &Ray, observer: &mut O) -> Hit {
+fn run<const ANY: bool, P: RayTriangle, Q: RayQuery, O: Observer>(
+    bvh: &Bvh<P>,
+    ray: &Ray,
+    query: Q,
+    observer: &mut O,
+) -> Hit {
     let mut best = Hit::miss(ray.t_max);
-    descend::<ANY, P, O>(bvh, 0, ray, &mut best, observer);
+    descend::<ANY, P, Q, O>(bvh, 0, ray, query, &mut best, observer);
     best
 }
 
 /// Looks for a hit that is better than `best`, in which the tree's triangles have indices from `base`. Returns whether an
 /// any-hit query is answered.
 #[inline(always)]
-pub(crate) fn descend<const ANY: bool, P: RayTriangle, O: Observer>(
+pub(crate) fn descend<const ANY: bool, P: RayTriangle, Q: RayQuery, O: Observer>(
     bvh: &Bvh<P>,
     base: u32,
     ray: &Ray,
+    query: Q,
     best: &mut Hit,
     observer: &mut O,
 ) -> bool {
     let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
     walk::<ANY, O>(bvh.pair_tree(), &slab, ray.t_min, best, observer, |node, _, best, observer| {
-        leaf::intersect(bvh.leaves(base), node, prepared, ANY, best, observer) && ANY
+        leaf::intersect(bvh.leaves(base), node, prepared, query, best, observer) && ANY
     })
 }
 

@@ -9,10 +9,11 @@
 //! one. A triangle that is hit before the end of a cell is listed in that cell or an earlier one.
 
 use super::cells::Grid;
+use crate::alpha::RayQuery;
 use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::{PlaneRay, RayAxis};
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, Ray};
 use crate::triangle::RayTriangle;
 
 /// The ray's place on one axis.
@@ -69,7 +70,12 @@ impl<'a> Walk<'a> {
 /// Traces one ray. Each step leaves a cell for good on one axis, which bounds the loop by the cells along all axes: there is
 /// nothing to stall on.
 #[inline]
-pub fn trace<P: RayTriangle, O: Observer>(grid: &Grid<P>, ray: &Ray, query: Query, observer: &mut O) -> Hit {
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
+    grid: &Grid<P>,
+    ray: &Ray,
+    query: Q,
+    observer: &mut O,
+) -> Hit {
     let mut best = Hit::miss(ray.t_max);
     let prepared = P::prepare(ray);
     let Some((plane_ray, interval)) = PlaneRay::new(&grid.slack, ray, observer) else { return best };

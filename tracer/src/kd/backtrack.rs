@@ -9,20 +9,21 @@
 use super::cells::KdCells;
 use super::descent::{Descent, Visit};
 use super::tree::{KdNodeKind, KdTree};
+use crate::alpha::RayQuery;
 use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::PlaneRay;
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, Ray};
 use crate::triangle::RayTriangle;
 
 /// Traces one ray; `cells` are those of `tree`. Each node is entered from above and left upwards at most once, which bounds the
 /// loops.
 #[inline]
-pub fn trace<P: RayTriangle, O: Observer>(
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
     tree: &KdTree<P>,
     cells: &KdCells,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
     let mut best = Hit::miss(ray.t_max);

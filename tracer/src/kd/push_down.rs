@@ -4,8 +4,9 @@
 use super::options::KdOptions;
 use super::restart;
 use super::tree::KdTree;
+use crate::alpha::RayQuery;
 use crate::observe::Observer;
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, Ray};
 use crate::triangle::RayTriangle;
 
 /// Most entries that a short stack can have; as many as a full stack ever needs.
@@ -14,12 +15,12 @@ pub const MAX_SHORT_STACK: u32 = KdOptions::MAX_DEPTH;
 /// Traces one ray with a short stack of `short_stack` entries; beyond [`MAX_SHORT_STACK`] more make no difference. Bounded as
 /// [`restart::trace`].
 #[inline]
-pub fn trace<P: RayTriangle, O: Observer>(
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
     tree: &KdTree<P>,
     short_stack: u32,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
-    restart::search::<true, P, O>(tree, short_stack, ray, query, observer)
+    restart::search::<true, P, Q, O>(tree, short_stack, ray, query, observer)
 }

@@ -9,23 +9,24 @@ use super::descent::{Descent, Visit};
 use super::options::KdOptions;
 use super::push_down::MAX_SHORT_STACK;
 use super::tree::{KdNodeKind, KdTree};
+use crate::alpha::RayQuery;
 use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::PlaneRay;
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, Ray};
 use crate::triangle::RayTriangle;
 
 const _: () = assert!(KdOptions::MAX_DEPTH <= u64::BITS, "the trail has a bit for each level");
 
 /// Traces one ray. Each start leads to a leaf later in the ray's order than the one before, which bounds the loops.
 #[inline]
-pub fn trace<P: RayTriangle, O: Observer>(
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
     tree: &KdTree<P>,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
-    search::<false, P, O>(tree, 0, ray, query, observer)
+    search::<false, P, Q, O>(tree, 0, ray, query, observer)
 }
 
 /// A node to descend from.
@@ -37,11 +38,11 @@ struct Start {
 
 /// The loop of kd-restart and push-down. With `PUSH_DOWN` the node to start from moves down while the rest of the ray lies
 /// within one child. Up to `short_stack` far children are kept, the latest ones.
-pub(super) fn search<const PUSH_DOWN: bool, P: RayTriangle, O: Observer>(
+pub(super) fn search<const PUSH_DOWN: bool, P: RayTriangle, Q: RayQuery, O: Observer>(
     tree: &KdTree<P>,
     short_stack: u32,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
     let mut best = Hit::miss(ray.t_max);

@@ -3,10 +3,11 @@
 use super::descent::{Descent, Visit};
 use super::options::KdOptions;
 use super::tree::{KdNodeKind, KdTree};
+use crate::alpha::RayQuery;
 use crate::leaf;
 use crate::observe::{Observer, Op};
 use crate::plane_ray::PlaneRay;
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, Ray};
 use crate::triangle::RayTriangle;
 
 /// One far child for each level of the deepest tree.
@@ -14,10 +15,10 @@ const CAPACITY: usize = KdOptions::MAX_DEPTH as usize;
 
 /// Traces one ray. Every node is fetched at most once, which bounds the loops: there is nothing to stall on.
 #[inline]
-pub fn trace<P: RayTriangle, O: Observer>(
+pub fn trace<P: RayTriangle, Q: RayQuery, O: Observer>(
     tree: &KdTree<P>,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
     let mut best = Hit::miss(ray.t_max);

@@ -5,7 +5,7 @@
 
 use super::ray_steps::{decode_steps, encode_steps};
 use super::reflection_lines;
-use crate::observe::{NodeFetch, Op};
+use crate::observe::{DECIDED_BY_MICROMAP, NodeFetch, Op};
 use crate::raster::TileDraw;
 use crate::ray::{NO_HIT, NOT_CAST};
 use crate::topology::Topology;
@@ -166,9 +166,18 @@ pub(super) struct Limits {
     pub(super) raster: bool,
     /// The set of reflection rays whose lines are kept, if any are.
     pub(super) lines_of: Option<usize>,
+    /// Bits of an any-hit step's id that are no part of the position.
+    pub(super) any_hit_flags: u32,
 }
 
 impl Limits {
+    /// Whether a step may have an id that fits into a step.
+    #[inline(always)]
+    pub(super) fn allow(&self, op: Op, id: u32) -> bool {
+        let flags = if op == Op::AnyHit { self.any_hit_flags } else { 0 };
+        u64::from(id & !flags) < self.ids[op as usize]
+    }
+
     pub(super) fn new(header: &TraceHeader, topology: &Topology) -> Self {
         let nodes = topology.nodes.len() as u64;
         let references = topology.references.len() as u64;
@@ -190,6 +199,11 @@ impl Limits {
             plain_sets: header.ray_sets.iter().map(|set| set.is_plain()).collect(),
             raster: header.raster,
             lines_of: header.reflections.as_ref().and_then(|_| reflection_lines::set(&header.ray_sets)),
+            any_hit_flags: if header.alpha.as_ref().is_some_and(|alpha| alpha.micromap.is_some()) {
+                DECIDED_BY_MICROMAP
+            } else {
+                0
+            },
         }
     }
 }

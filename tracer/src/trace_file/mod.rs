@@ -66,6 +66,9 @@ fn check_header(header: &TraceHeader) -> Result<(), String> {
             return Err(format!("a scene's box from {least:?} to {most:?}"));
         }
     }
+    if let Some(alpha) = &header.alpha {
+        alpha.check(header.triangles)?;
+    }
     let may_be_wide = matches!(header.accel, Accel::WideBvh | Accel::TwoLevel);
     let may_be_binary = header.accel != Accel::WideBvh;
     if !(if header.node_format.is_some() { may_be_wide } else { may_be_binary }) {

@@ -81,11 +81,12 @@ pub(super) fn decode_steps(
             let op = Op::ALL[(token & 7) as usize];
             let previous = &mut previous[kind(op)];
             *previous = previous.wrapping_add(unzigzag(token >> 3));
-            let limit = limits.ids[op as usize];
-            if *previous < 0 || *previous as u64 >= limit || *previous > i64::from(Step::MAX_ID) {
+            let id = u32::try_from(*previous).ok().filter(|&id| id <= Step::MAX_ID && limits.allow(op, id));
+            let Some(id) = id else {
+                let limit = limits.ids[op as usize];
                 return Err(format!("a {op:?} step with id {previous}, below {limit} expected"));
-            }
-            steps.push(Step::new(op, *previous as u32));
+            };
+            steps.push(Step::new(op, id));
         }
         starts.push(reader.position);
     }
@@ -147,7 +148,7 @@ mod tests {
 
     fn limits() -> Limits {
         let ids = Op::ALL.map(|op| if op == Op::Instance { 0 } else { 5000 });
-        Limits { ids, triangles: 10, plain_sets: vec![true], raster: false, lines_of: None }
+        Limits { ids, triangles: 10, plain_sets: vec![true], raster: false, any_hit_flags: 0, lines_of: None }
     }
 
     /// [`decode_steps`] without copies: ray by ray, number by number.

@@ -1,6 +1,7 @@
 //! The trees that a BLAS can be.
 
 use crate::aabb::{Aabb, SlabRay};
+use crate::alpha::RayQuery;
 use crate::bvh::stack::{descend, walk};
 use crate::bvh::{Bvh, BvhOptions};
 use crate::error::Error;
@@ -39,10 +40,11 @@ pub trait BottomLevel<P: RayTriangle>: Sized + Send + Sync {
     fn meets_leaf(&self, ray: &Ray) -> bool;
     /// Looks for a hit that is better than `best`, in which the mesh's triangles have indices from `base`. Returns whether an
     /// any-hit query is answered.
-    fn descend<const ANY: bool, O: Observer>(
+    fn descend<const ANY: bool, Q: RayQuery, O: Observer>(
         &self,
         base: u32,
         ray: &Ray,
+        query: Q,
         best: &mut Hit,
         observer: &mut O,
     ) -> bool;
@@ -95,14 +97,15 @@ impl<P: RayTriangle> BottomLevel<P> for Bvh<P> {
     }
 
     #[inline(always)]
-    fn descend<const ANY: bool, O: Observer>(
+    fn descend<const ANY: bool, Q: RayQuery, O: Observer>(
         &self,
         base: u32,
         ray: &Ray,
+        query: Q,
         best: &mut Hit,
         observer: &mut O,
     ) -> bool {
-        descend::<ANY, P, O>(self, base, ray, best, observer)
+        descend::<ANY, P, Q, O>(self, base, ray, query, best, observer)
     }
 }
 
@@ -146,13 +149,14 @@ impl<P: RayTriangle, const W: usize> BottomLevel<P> for WideBvh<P, W> {
     }
 
     #[inline(always)]
-    fn descend<const ANY: bool, O: Observer>(
+    fn descend<const ANY: bool, Q: RayQuery, O: Observer>(
         &self,
         base: u32,
         ray: &Ray,
+        query: Q,
         best: &mut Hit,
         observer: &mut O,
     ) -> bool {
-        wide::stack::descend::<ANY, P, W, O>(self, base, ray, best, observer)
+        wide::stack::descend::<ANY, P, W, Q, O>(self, base, ray, query, best, observer)
     }
 }

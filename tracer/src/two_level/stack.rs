@@ -3,28 +3,30 @@
 use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
 use crate::aabb::SlabRay;
+use crate::alpha::RayQuery;
 use crate::bvh::stack::walk;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
 
-pub(super) fn trace<P: RayTriangle, T: BottomLevel<P>, O: Observer>(
+pub(super) fn trace<P: RayTriangle, T: BottomLevel<P>, Q: RayQuery, O: Observer>(
     structure: &TwoLevel<P, T>,
     ray: &Ray,
-    query: Query,
+    query: Q,
     cull_mask: u8,
     observer: &mut O,
 ) -> Hit {
-    match query {
-        Query::Closest => run::<false, P, T, O>(structure, ray, cull_mask, observer),
-        Query::Any => run::<true, P, T, O>(structure, ray, cull_mask, observer),
+    match query.query() {
+        Query::Closest => run::<false, P, T, Q, O>(structure, ray, query, cull_mask, observer),
+        Query::Any => run::<true, P, T, Q, O>(structure, ray, query, cull_mask, observer),
     }
 }
 
 #[inline(never)]
-fn run<const ANY: bool, P: RayTriangle, T: BottomLevel<P>, O: Observer>(
+fn run<const ANY: bool, P: RayTriangle, T: BottomLevel<P>, Q: RayQuery, O: Observer>(
     structure: &TwoLevel<P, T>,
     ray: &Ray,
+    query: Q,
     cull_mask: u8,
     observer: &mut O,
 ) -> Hit {
@@ -53,7 +55,7 @@ fn run<const ANY: bool, P: RayTriangle, T: BottomLevel<P>, O: Observer>(
                     stacked,
                 };
                 let ray = placed.object_ray(ray);
-                blas.tree.descend::<ANY, _>(placed.first_primitive, &ray, best, &mut in_blas)
+                blas.tree.descend::<ANY, Q, _>(placed.first_primitive, &ray, query, best, &mut in_blas)
             })
         },
     );

@@ -6,10 +6,11 @@ use super::tlas::Tlas;
 use super::transform::{Transform, WorldToObject};
 use crate::aabb::Aabb;
 use crate::accel::check_costs;
+use crate::alpha::RayQuery;
 use crate::bvh::{Bvh, MAX_TRIANGLES};
 use crate::error::Error;
 use crate::observe::Observer;
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, Ray};
 use crate::trace::Step;
 use crate::triangle::{PreparedTriangle, RayTriangle};
 use rayon::prelude::*;
@@ -169,7 +170,13 @@ impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
     /// instance's record; the nodes of the BLAS follow, from its root, unless the instance is hidden. Every instance is visited at most
     /// once, and every node at most once for each, which bounds the loop.
     #[inline]
-    pub fn trace<O: Observer>(&self, ray: &Ray, query: Query, cull_mask: u8, observer: &mut O) -> Hit {
+    pub fn trace<Q: RayQuery, O: Observer>(
+        &self,
+        ray: &Ray,
+        query: Q,
+        cull_mask: u8,
+        observer: &mut O,
+    ) -> Hit {
         stack::trace(self, ray, query, cull_mask, observer)
     }
 

@@ -9,6 +9,7 @@
 use super::stack::{Entry, near_to_far};
 use super::tree::WideBvh;
 use crate::aabb::SlabRay;
+use crate::alpha::RayQuery;
 use crate::bvh::restart_trail::MAX_SHORT_STACK;
 use crate::bvh::{NodeRef, leaf};
 use crate::observe::{Observer, Op};
@@ -70,14 +71,14 @@ impl<const W: usize> Ring<W> {
 
 /// Traces one ray with `short_stack` entries (at most [`MAX_SHORT_STACK`]). Every node is entered once, and tested once more for each
 /// of its children at most, which bounds the loop.
-pub fn trace<P: RayTriangle, const W: usize, O: Observer>(
+pub fn trace<P: RayTriangle, const W: usize, Q: RayQuery, O: Observer>(
     bvh: &WideBvh<P, W>,
     short_stack: u32,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
-    let any = query == Query::Any;
+    let any = query.query() == Query::Any;
     let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
     let mut best = Hit::miss(ray.t_max);
@@ -93,7 +94,7 @@ pub fn trace<P: RayTriangle, const W: usize, O: Observer>(
                 (at, parent) = (children[0].link, at.link);
                 continue;
             }
-        } else if leaf::intersect(bvh.leaves(0), at, prepared, any, &mut best, observer) && any {
+        } else if leaf::intersect(bvh.leaves(0), at, prepared, query, &mut best, observer) && any {
             return best;
         }
         if ring.depth == 0 {

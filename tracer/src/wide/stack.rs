@@ -5,6 +5,7 @@
 
 use super::tree::WideBvh;
 use crate::aabb::SlabRay;
+use crate::alpha::RayQuery;
 use crate::bvh::{BvhOptions, NodeRef, leaf};
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
@@ -56,36 +57,38 @@ pub(super) fn near_to_far<P: RayTriangle, const W: usize, O: Observer>(
 
 /// Traces one ray. Every node is visited at most once, so the loop is bounded by the tree.
 #[inline]
-pub fn trace<P: RayTriangle, const W: usize, O: Observer>(
+pub fn trace<P: RayTriangle, const W: usize, Q: RayQuery, O: Observer>(
     bvh: &WideBvh<P, W>,
     ray: &Ray,
-    query: Query,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
-    match query {
-        Query::Closest => run::<false, P, W, O>(bvh, ray, observer),
-        Query::Any => run::<true, P, W, O>(bvh, ray, observer),
+    match query.query() {
+        Query::Closest => run::<false, P, W, Q, O>(bvh, ray, query, observer),
+        Query::Any => run::<true, P, W, Q, O>(bvh, ray, query, observer),
     }
 }
 
 #[inline(never)]
-fn run<const ANY: bool, P: RayTriangle, const W: usize, O: Observer>(
+fn run<const ANY: bool, P: RayTriangle, const W: usize, Q: RayQuery, O: Observer>(
     bvh: &WideBvh<P, W>,
     ray: &Ray,
+    query: Q,
     observer: &mut O,
 ) -> Hit {
     let mut best = Hit::miss(ray.t_max);
-    descend::<ANY, P, W, O>(bvh, 0, ray, &mut best, observer);
+    descend::<ANY, P, W, Q, O>(bvh, 0, ray, query, &mut best, observer);
     best
 }
 
 /// Looks for a hit that is better than `best`, in which the tree's triangles have indices from `base`. Returns whether an
 /// any-hit query is answered.
 #[inline(always)]
-pub(crate) fn descend<const ANY: bool, P: RayTriangle, const W: usize, O: Observer>(
+pub(crate) fn descend<const ANY: bool, P: RayTriangle, const W: usize, Q: RayQuery, O: Observer>(
     bvh: &WideBvh<P, W>,
     base: u32,
     ray: &Ray,
+    query: Q,
     best: &mut Hit,
     observer: &mut O,
 ) -> bool {
@@ -106,7 +109,7 @@ pub(crate) fn descend<const ANY: bool, P: RayTriangle, const W: usize, O: Observ
                 next = hit[0].link;
                 continue;
             }
-        } else if leaf::intersect(bvh.leaves(base), next, prepared, ANY, best, observer) && ANY {
+        } else if leaf::intersect(bvh.leaves(base), next, prepared, query, best, observer) && ANY {
             return true;
         }
         loop {
