@@ -86,7 +86,7 @@ pub enum Traversal {
     GridDda,
     /// Two levels, a full stack through both, nearer child first.
     TwoLevelStack {
-        /// What the nodes of BLASes hold; `None` for binary ones. The TLAS is binary.
+        /// What the nodes of both levels hold; `None` for binary ones.
         format: Option<NodeFormat>,
     },
 }
@@ -165,12 +165,12 @@ impl Traversal {
         })
     }
 
-    /// How many records a node step reads; of two levels, one in a TLAS or a binary BLAS.
+    /// How many records a node step reads.
     pub fn node_fetch(self) -> NodeFetch {
         match self {
-            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } | Traversal::TwoLevelStack { .. } => {
-                NodeFetch::Pair
-            }
+            Traversal::BvhStack
+            | Traversal::BvhRestartTrail { .. }
+            | Traversal::TwoLevelStack { format: None } => NodeFetch::Pair,
             _ => NodeFetch::Single,
         }
     }
@@ -184,7 +184,7 @@ impl Traversal {
         }
     }
 
-    /// What the nodes of its wide BVH, or of wide BLASes, hold; `None` for any other structure.
+    /// What the nodes of its wide BVH, or of two wide levels, hold; `None` for any other structure.
     pub fn node_format(self) -> Option<NodeFormat> {
         match self {
             Traversal::WideStack { format } | Traversal::WideShortStack { format, .. } => Some(format),
@@ -330,7 +330,7 @@ impl AccelerationStructure {
         })
     }
 
-    /// Builds a two-level structure over the instances of meshes, with BLASes whose nodes hold `format`, or binary ones. Hits name
+    /// Builds a two-level structure over the instances of meshes, whose nodes hold `format`, or are binary. Hits name
     /// triangles instance after instance, each in file order, as [`scenes::Scene::triangles`] lists them.
     ///
     /// # Errors

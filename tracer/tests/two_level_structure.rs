@@ -2,8 +2,9 @@
 
 use glam::{Affine3A, Vec3};
 use scenes::{Instance, Triangle};
-use tracer::two_level::{MaskedInstance, TwoLevel};
-use tracer::{Hit, NodeFetch, Observer, Op, Query, Ray, Silent, TopologyNode, WorkCounter};
+use tracer::two_level::{BottomLevel, MaskedInstance, TwoLevel};
+use tracer::wide::{NodeFormat, WideBvh};
+use tracer::{Hit, NodeFetch, Observer, Op, PreparedTriangle, Query, Ray, Silent, TopologyNode, WorkCounter};
 
 const COSTS: [f64; 2] = [1.0, 1.0];
 
@@ -16,7 +17,12 @@ impl Observer for Steps {
     }
 }
 
-fn steps(structure: &TwoLevel, ray: &Ray, query: Query, cull_mask: u8) -> (Hit, Vec<(Op, u32)>) {
+fn steps<T: BottomLevel<PreparedTriangle>>(
+    structure: &TwoLevel<PreparedTriangle, T>,
+    ray: &Ray,
+    query: Query,
+    cull_mask: u8,
+) -> (Hit, Vec<(Op, u32)>) {
     let mut steps = Steps::default();
     let hit = structure.trace(ray, query, cull_mask, &mut steps);
     (hit, steps.0)
@@ -55,6 +61,62 @@ fn a_ray_goes_through_the_tlas_into_each_blas_and_back() {
     let second =
         [(Node, 0), (Node, 1), (Instance, 0), (Node, 6), (Node, 7), (Push, 0), (Primitive, 1), (Pop, 0)];
     assert_eq!(seen, second);
+}
+
+type Wide<const W: usize> = TwoLevel<PreparedTriangle, WideBvh<PreparedTriangle, W>>;
+
+#[test]
+fn in_wide_trees_the_root_knows_the_boxes_of_all_instances() {
+    use Op::{Instance, Node, Pop, Primitive, Push};
+    let far_apart = vec![wall(0.0), wall(100.0)];
+    let meshes = [vec![wall(0.0)], far_apart];
+    let instances = [at(1, Vec3::new(0.0, 0.0, 10.0), 255), at(0, Vec3::ZERO, 255)];
+    let structure = Wide::<8>::build_with(&meshes, &instances, COSTS, NodeFormat::Adreno8).unwrap();
+    // A node of the TLAS, of mesh 0 and of mesh 1: each begins at an even number.
+    let (hit, seen) = steps(&structure, &along_z(), Query::Closest, 255);
+    assert_eq!((hit.t, hit.primitive), (10.0, 2));
+    assert_eq!(seen, [(Node, 0), (Push, 0), (Instance, 1), (Node, 2), (Primitive, 0), (Pop, 0)]);
+    let ray = Ray { origin: Vec3::new(0.2, 0.2, 5.0), ..along_z() };
+    let (hit, seen) = steps(&structure, &ray, Query::Closest, 255);
+    assert_eq!((hit.t, hit.primitive), (5.0, 0));
+    assert_eq!(seen, [(Node, 0), (Instance, 0), (Node, 4), (Push, 0), (Primitive, 1), (Pop, 0)]);
+    assert_eq!(structure.stack_entries(), 7 + 7 + 1);
+    assert_eq!((structure.node_count(), structure.depth()), (3, 1));
+}
+
+#[test]
+fn a_leaf_of_a_wide_tlas_is_an_instance_even_where_all_boxes_are_the_same() {
+    let instances: Vec<_> = (0..20).map(|_| at(0, Vec3::ZERO, 255)).collect();
+    for format in NodeFormat::ALL {
+        let topology = if format.width() == 4 {
+            Wide::<4>::build_with(&[vec![wall(0.0)]], &instances, COSTS, format).unwrap().topology()
+        } else {
+            Wide::<8>::build_with(&[vec![wall(0.0)]], &instances, COSTS, format).unwrap().topology()
+        };
+        topology.validate().unwrap();
+        let (_, tlas) = &topology.trees()[0];
+        let leaves: u32 = tlas
+            .nodes
+            .iter()
+            .map(|node| match *node {
+                TopologyNode::Wide { leaves, .. } => leaves,
+                _ => panic!("{node:?} in a wide TLAS"),
+            })
+            .sum();
+        assert_eq!(leaves, 20, "{format:?}");
+        let mut references = tlas.references.clone();
+        references.sort_unstable();
+        assert_eq!(references, (0..20).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn places_that_the_format_cannot_hold_are_refused() {
+    let far = [at(0, Vec3::new(-3.39e38, 0.0, 0.0), 255)];
+    let refused = Wide::<8>::build_with(&[vec![wall(0.0)]], &far, COSTS, NodeFormat::Adreno8);
+    let refused = refused.map(|_| ()).expect_err("its origins have 16 bits").to_string();
+    assert!(refused.contains("use another --node-format, or scale the scene"), "{refused}");
+    Wide::<8>::build_with(&[vec![wall(0.0)]], &far, COSTS, NodeFormat::Full8).expect("in f32");
 }
 
 #[test]

@@ -402,7 +402,7 @@ impl ShaderCosts {
         &self.two_level_estimates
     }
 
-    /// A node step in a TLAS, which is a binary BVH.
+    /// A node step in a binary TLAS.
     pub(crate) fn tlas_node(&self) -> Cost {
         self.bvh_stack.node
     }

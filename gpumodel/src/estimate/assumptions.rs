@@ -5,10 +5,10 @@ use crate::config::{
     Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, Reflections, Stage, has_secondary,
 };
 use crate::counters::Pass;
-use crate::layout::{NodeRecords, PrimitiveOrder};
+use crate::layout::{Instances, NodeRecords, PrimitiveOrder};
 use crate::reflections::pipeline::{Binding, Pipeline};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
-use tracer::{Accel, LoopStructure, RayKind, TraceHeader};
+use tracer::{Accel, LoopStructure, NodeFetch, RayKind, TraceHeader};
 
 /// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.
 const COMPILED_TRAIL_BITS: u32 = 32;
@@ -276,14 +276,22 @@ fn resident(replayed: &Replayed, config: &ReplayConfig) -> String {
 }
 
 fn level_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
-    let layout = "Records of instances, 128 bytes each, lie behind the TLAS, and each BLAS begins at a multiple of 256 bytes; a ray reads \
-                  64 bytes of an instance's record.";
+    let Instances { layout, read_bytes } = Instances::of(header);
+    let layout = format!(
+        "Records of instances, {} bytes each, lie behind the TLAS, and each BLAS begins at a multiple of 256 bytes; a ray reads \
+         {read_bytes} bytes of an instance's record.",
+        layout.bytes
+    );
     let estimates = config.costs.two_level_estimates();
     let cost = if config.gpu.ray_unit_for(header).is_some() {
-        Some("The ray unit transforms rays at no cost of its own, and walks a binary TLAS, as the trace has it.".to_owned())
+        let tlas = match (header.node_fetch, header.node_format) {
+            (NodeFetch::Pair, Some(_)) => ", and walks a binary TLAS, as the trace has it",
+            _ => "",
+        };
+        Some(format!("The ray unit transforms rays at no cost of its own{tlas}."))
     } else {
         let said = format!("Estimated figures of the cost table, for two levels: {}.", estimates.join(", "));
         (!estimates.is_empty()).then_some(said)
     };
-    std::iter::once(layout.to_owned()).chain(cost).collect()
+    std::iter::once(layout).chain(cost).collect()
 }

@@ -11,7 +11,7 @@
 
 use super::VEC4_BYTES;
 use super::instanced::InstancedTriangles;
-use super::node::NodeLayout;
+use super::node::Instances;
 use super::order::NodeOrder;
 use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
@@ -296,11 +296,12 @@ impl Buffers {
         let of_nodes = |(bytes, stride): (u32, u32)| reads(bytes, stride, line);
         let address = |place: Option<u64>| place.map_or(NOWHERE, |bytes| vec4(node_base + bytes));
         let (first_instance, instances) = structure.instances;
+        let Instances { layout: instance, read_bytes: instance_bytes } = Instances::of(header);
         let tree = TreeBuffers {
             reads: of_nodes(structure.bytes),
             tlas_reads: of_nodes(structure.tlas_bytes),
-            instance_reads: of_nodes((NodeLayout::INSTANCE_READ_BYTES, NodeLayout::INSTANCE.bytes)),
-            instances: (vec4(node_base + first_instance), instances),
+            instance_reads: of_nodes((instance_bytes, instance.bytes)),
+            instances: (vec4(node_base + first_instance), instances, vec4(u64::from(instance.bytes))),
             line_shift: line.log2() - VEC4_BYTES.ilog2(),
             stack_line_shift: private_line.log2(),
             stack_entries,

@@ -12,6 +12,7 @@ pub use buffers::BufferBytes;
 pub(crate) use buffers::{
     BufferKind, Buffers, CORNERS, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES, normal_bytes,
 };
+pub(crate) use node::Instances;
 pub use node::{Field, NodeLayout};
 pub use order::NodeOrder;
 pub use primitive::{PrimitiveLayout, TriangleRecords};

@@ -1,12 +1,11 @@
 //! Where the tree and the stacks lie, which no choice of how triangles lie moves.
 
-use super::VEC4_BYTES;
 use super::buffers::{NOWHERE, Reads, STACK_ENTRY_BYTES};
-use super::node::NodeLayout;
+use super::node::{Instances, NodeLayout};
 use super::records::NodeRecords;
 use crate::error::Error;
 use crate::replay::ReplayConfig;
-use tracer::{Topology, TopologyNode, TraceHeader};
+use tracer::{NodeFetch, Topology, TopologyNode, TraceHeader};
 
 /// The addresses that a traversal reads between triangles, in units of 16 bytes unless they are lines. Variants of a frame in which
 /// these are equal ask the same of memory there.
@@ -24,8 +23,8 @@ pub(crate) struct TreeBuffers {
     /// Entries of a lane's stack in memory; 0 without one.
     pub(crate) stack_entries: u32,
     pub(super) nodes: Vec<u32>,
-    /// Address of the first instance's record, and the number of these.
-    pub(super) instances: (u32, u32),
+    /// Address of the first instance's record, the number of these, and from record to record.
+    pub(super) instances: (u32, u32, u32),
 }
 
 impl TreeBuffers {
@@ -44,8 +43,8 @@ impl TreeBuffers {
     /// Address of an instance's record.
     #[inline(always)]
     pub(crate) fn instance(&self, instance: u32) -> Option<u32> {
-        let (first, count) = self.instances;
-        (instance < count).then(|| first + instance * (NodeLayout::INSTANCE.bytes / VEC4_BYTES as u32))
+        let (first, count, stride) = self.instances;
+        (instance < count).then(|| first + instance * stride)
     }
 
     /// Line of a lane's stack entry, counted from the first line of its warp's stacks.
@@ -95,7 +94,10 @@ impl TreePlaces {
             all.add(0, topology, bytes.1, config);
             return Ok(all);
         };
-        all.tlas_bytes = config.node_records.bytes(header, &NodeLayout::BVH)?;
+        // Below a binary TLAS, whose nodes are fetched in pairs, BLASes may be wide.
+        if header.node_fetch == NodeFetch::Pair {
+            all.tlas_bytes = config.node_records.bytes(header, &NodeLayout::BVH)?;
+        }
         for (number, (root, tree)) in topology.trees().iter().enumerate() {
             all.align();
             if number > 0 {
@@ -105,7 +107,7 @@ impl TreePlaces {
             all.add(*root, tree, all.tlas_bytes.1, config);
             all.align();
             all.instances = (all.total_bytes, levels.meshes.len() as u32);
-            all.total_bytes += levels.meshes.len() as u64 * u64::from(NodeLayout::INSTANCE.bytes);
+            all.total_bytes += levels.meshes.len() as u64 * u64::from(Instances::of(header).layout.bytes);
         }
         Ok(all)
     }

@@ -2,6 +2,7 @@
 
 use super::codec::{Reader, push_varint, unzigzag, zigzag};
 use crate::accel::Accel;
+use crate::observe::NodeFetch;
 use crate::topology::{Topology, TopologyNode};
 use crate::trace::{Step, TraceHeader};
 
@@ -62,7 +63,7 @@ pub(super) fn decode_topology(bytes: &[u8], header: &TraceHeader) -> Result<Topo
     let mut reader = Reader { bytes, position: 0 };
     let is_wide = header.node_format.is_some();
     let topology = if header.accel == Accel::TwoLevel {
-        decode_levels(&mut reader, is_wide)?
+        decode_levels(&mut reader, is_wide, header.node_fetch)?
     } else {
         decode_tree(&mut reader, is_wide)?
     };
@@ -71,8 +72,9 @@ pub(super) fn decode_topology(bytes: &[u8], header: &TraceHeader) -> Result<Topo
     Ok(topology)
 }
 
-fn decode_levels(reader: &mut Reader<'_>, is_wide: bool) -> Result<Topology, String> {
-    let tlas = decode_tree(reader, false)?;
+/// Wide nodes are fetched one by one: with a fetch in pairs the TLAS is binary, as it always was in older traces.
+fn decode_levels(reader: &mut Reader<'_>, is_wide: bool, fetch: NodeFetch) -> Result<Topology, String> {
+    let tlas = decode_tree(reader, is_wide && fetch == NodeFetch::Single)?;
     let bytes_left = reader.bytes.len() - reader.position;
     let mut meshes = Vec::with_capacity((tlas.triangles as usize).min(bytes_left));
     let mut previous = 0_i64;

@@ -1,5 +1,6 @@
 //! The trees that a BLAS can be.
 
+use super::tlas::{BinaryTlas, TopLevel, WideTlas};
 use crate::aabb::{Aabb, SlabRay};
 use crate::bvh::stack::{descend, walk};
 use crate::bvh::{Bvh, BvhOptions};
@@ -15,6 +16,8 @@ use scenes::Triangle;
 pub trait BottomLevel<P: RayTriangle>: Sized + Send + Sync {
     /// What it is built with besides the costs.
     type Format: Copy + Sync;
+    /// The tree over its instances, whose nodes are of the same kind.
+    type Tlas: TopLevel<Format = Self::Format>;
 
     /// Builds it with the SAH costs Ct and Ci.
     ///
@@ -50,6 +53,7 @@ pub trait BottomLevel<P: RayTriangle>: Sized + Send + Sync {
 
 impl<P: RayTriangle> BottomLevel<P> for Bvh<P> {
     type Format = ();
+    type Tlas = BinaryTlas;
 
     fn build(
         mesh: &[Triangle],
@@ -108,6 +112,7 @@ impl<P: RayTriangle> BottomLevel<P> for Bvh<P> {
 
 impl<P: RayTriangle, const W: usize> BottomLevel<P> for WideBvh<P, W> {
     type Format = NodeFormat;
+    type Tlas = WideTlas<W>;
 
     fn build(mesh: &[Triangle], sah_costs: [f64; 2], format: NodeFormat) -> Result<Self, Error> {
         Self::build_for(mesh, sah_costs, format)

@@ -1,9 +1,8 @@
-//! The traversal: that of a BVH with a full stack, for the TLAS and, at each of its leaves, for the BLAS of each instance.
+//! The traversal: that of a BVH with a full stack, binary or wide, for the TLAS and, at each of its leaves, for the BLAS of each instance.
 
 use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
-use crate::aabb::SlabRay;
-use crate::bvh::stack::walk;
+use super::tlas::TopLevel;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
@@ -28,35 +27,26 @@ fn run<const ANY: bool, P: RayTriangle, T: BottomLevel<P>, O: Observer>(
     cull_mask: u8,
     observer: &mut O,
 ) -> Hit {
-    let tlas = &structure.tlas;
-    let slab = SlabRay::new(ray, &tlas.slack);
     let mut best = Hit::miss(ray.t_max);
-    walk::<ANY, O>(
-        tlas.pair_tree(),
-        &slab,
-        ray.t_min,
-        &mut best,
-        observer,
-        |leaf, stacked, best, observer| {
-            observer.leaf_visit();
-            tlas.instances(leaf).iter().any(|&number| {
-                observer.step(Op::Instance, number);
-                let placed = &structure.instances[number as usize];
-                if placed.mask & cull_mask == 0 {
-                    return false;
-                }
-                let blas = structure.blas_of(placed);
-                let mut in_blas = InBlas {
-                    outer: observer,
-                    first_node: blas.first_node,
-                    first_reference: blas.first_reference,
-                    stacked,
-                };
-                let ray = placed.object_ray(ray);
-                blas.tree.descend::<ANY, _>(placed.first_primitive, &ray, best, &mut in_blas)
-            })
-        },
-    );
+    structure.tlas.walk::<ANY, O>(ray, &mut best, observer, |instances, stacked, best, observer| {
+        observer.leaf_visit();
+        instances.iter().any(|&number| {
+            observer.step(Op::Instance, number);
+            let placed = &structure.instances[number as usize];
+            if placed.mask & cull_mask == 0 {
+                return false;
+            }
+            let blas = structure.blas_of(placed);
+            let mut in_blas = InBlas {
+                outer: observer,
+                first_node: blas.first_node,
+                first_reference: blas.first_reference,
+                stacked,
+            };
+            let ray = placed.object_ray(ray);
+            blas.tree.descend::<ANY, _>(placed.first_primitive, &ray, best, &mut in_blas)
+        })
+    });
     best
 }
 

@@ -2,6 +2,7 @@
 
 use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
+use super::tlas::TopLevel;
 use crate::ray::NO_HIT;
 use crate::topology::{Topology, TopologyNode};
 use crate::trace::Step;
@@ -142,36 +143,27 @@ impl Topology {
         if levels.scene_triangles() != Some(self.triangles) {
             return Err(format!("the instances do not have the {} triangles of the scene", self.triangles));
         }
-        for (root, tree) in self.trees() {
+        let trees = self.trees();
+        for (root, tree) in &trees {
             tree.validate().map_err(|problem| format!("in the tree of node {root}: {problem}"))?;
-            let is_tlas = root == 0;
-            if is_tlas && tree.is_wide() {
-                return Err("the nodes of a TLAS are binary".to_owned());
-            }
         }
-        Ok(())
+        // A binary TLAS may stand over wide BLASes, as in traces that were recorded before a TLAS could be wide.
+        let (tlas, blases) = trees.split_first().expect("a TLAS is always there");
+        match blases.iter().find(|(_, blas)| tlas.1.is_wide() && !blas.is_wide()) {
+            Some((root, _)) => {
+                Err(format!("the nodes of the TLAS are wide, and that of the root {root} is binary"))
+            }
+            None => Ok(()),
+        }
     }
 }
 
 impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
     /// Links, references and instances without geometry.
     pub fn topology(&self) -> Topology {
-        let tree = self.tlas.pair_tree();
-        let node = |index| {
-            let (_, links) = tree.node(index);
-            if links.is_inner() {
-                TopologyNode::Inner { left: links.link }
-            } else {
-                TopologyNode::Leaf { first: links.link, count: links.count() }
-            }
-        };
-        let tlas = Topology {
-            nodes: (0..self.tlas.node_count()).map(node).collect(),
-            references: self.tlas.references.clone(),
-            ..Topology::default()
-        };
         let blases = self.blases.iter().map(|blas| blas.tree.topology()).collect();
         let meshes = self.instances.iter().map(|placed| placed.mesh).collect();
-        Topology::of_two_levels(tlas, blases, meshes).expect("sizes were checked when it was built")
+        Topology::of_two_levels(self.tlas.topology(), blases, meshes)
+            .expect("sizes were checked when it was built")
     }
 }

@@ -2,19 +2,22 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A format of wide nodes.
+/// A format of wide nodes. Trace files had its names without hyphens before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
 pub enum NodeFormat {
     /// Four children, their boxes in f32.
+    #[serde(rename = "full-4", alias = "full4")]
     Full4,
     /// Eight children, their boxes in f32.
+    #[serde(rename = "full-8", alias = "full8")]
     Full8,
     /// Eight children, their boxes in 8-bit steps from an origin in f32; at most three triangles in a leaf (Ylitie, Karras and Laine
     /// 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
+    #[serde(rename = "compressed-8", alias = "compressed8")]
     Compressed8,
     /// Eight children, their boxes in 8-bit steps from an origin in the upper half of an f32; one triangle in a leaf (Adreno 7xx,
     /// Mesa's `tu_bvh.h`).
+    #[serde(rename = "adreno-8", alias = "adreno8")]
     Adreno8,
 }
 

@@ -9,4 +9,5 @@ mod tree;
 
 pub use format::{NodeFormat, Origin};
 pub use quantise::Grid;
+pub(crate) use tree::WideNodes;
 pub use tree::{WideBvh, WideStatistics};

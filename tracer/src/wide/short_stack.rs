@@ -85,7 +85,7 @@ pub fn trace<P: RayTriangle, const W: usize, O: Observer>(
     let (mut at, mut parent) = (NodeRef::inner(0, 0), 0);
     loop {
         if at.is_inner() {
-            let (children, count) = near_to_far(bvh, &slab, at.link, ray.t_min, best.t, observer);
+            let (children, count) = near_to_far(&bvh.tree, &slab, at.link, ray.t_min, best.t, observer);
             if count > 1 {
                 ring.push(Pending { node: at.link, children, next: 1, count: count as u8 }, observer);
             }
@@ -108,7 +108,7 @@ pub fn trace<P: RayTriangle, const W: usize, O: Observer>(
                 return best;
             }
             observer.step(Op::Restart, parent);
-            let (children, count) = near_to_far(bvh, &slab, parent, ray.t_min, best.t, observer);
+            let (children, count) = near_to_far(&bvh.tree, &slab, parent, ray.t_min, best.t, observer);
             // A node that is not among the children any more lies behind a hit found since, and so do those behind it.
             let place = children[..count].iter().position(|child| child.link == at);
             let next = place.and_then(|place| children[..count].get(place + 1));
@@ -116,7 +116,7 @@ pub fn trace<P: RayTriangle, const W: usize, O: Observer>(
                 at = next.link;
                 break;
             }
-            (at, parent) = (NodeRef::inner(0, parent), bvh.parents[parent as usize]);
+            (at, parent) = (NodeRef::inner(0, parent), bvh.tree.parents[parent as usize]);
         }
     }
 }
