@@ -11,8 +11,8 @@ use anyhow::bail;
 use scenes::{Feature, Light, Mesh, Needs, RaySelection, Scene, Triangle};
 use tracer::reflections::{ReflectionRay, ReflectionTracer};
 use tracer::{
-    AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, ReflectionRays, SceneIdentity,
-    SceneRemarks, SecondaryRays, Traversal, TriangleTest, View,
+    Accel, AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, ReflectionRays,
+    SceneIdentity, SceneRemarks, SecondaryRays, TriangleTest, View,
 };
 
 /// What a report says of hits that are not those of the default test.
@@ -252,15 +252,13 @@ impl<'a> Frame<'a> {
 }
 
 fn built(scene: &LoadedScene, settings: &FrameSettings) -> Result<AccelerationStructure, tracer::Error> {
-    match settings.traversal {
-        Traversal::TwoLevelStack { format } => {
-            let triangles =
-                |mesh: &Mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect();
-            let meshes: Vec<_> = scene.scene.meshes.iter().map(triangles).collect();
-            AccelerationStructure::build_two_level(&meshes, &scene.scene.instances, format, &settings.build)
-        }
-        traversal => AccelerationStructure::build(&scene.triangles, traversal, &settings.build),
+    let traversal = settings.traversal;
+    if traversal.accel() != Accel::TwoLevel {
+        return AccelerationStructure::build(&scene.triangles, traversal, &settings.build);
     }
+    let triangles = |mesh: &Mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect();
+    let meshes: Vec<_> = scene.scene.meshes.iter().map(triangles).collect();
+    AccelerationStructure::build_two_level(&meshes, &scene.scene.instances, traversal, &settings.build)
 }
 
 fn omission(entry: scenes::LeftOut) -> Omission {

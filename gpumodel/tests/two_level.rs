@@ -29,7 +29,7 @@ impl Pair {
         let structure = AccelerationStructure::build_two_level(
             std::slice::from_ref(&mesh),
             &instances,
-            format,
+            Traversal::TwoLevelStack { format },
             &BuildOptions::default(),
         );
         let placed = |at: &Instance| Triangle { v: mesh[0].v.map(|corner| at.transform_point(corner)) };

@@ -110,6 +110,48 @@ fn a_leaf_of_a_wide_tlas_is_an_instance_even_where_all_boxes_are_the_same() {
     }
 }
 
+/// Walls along z in a mesh of more than a node, placed behind each other, past which a ray flies through every box.
+#[test]
+fn a_short_stack_climbs_to_the_root_of_a_blas_and_goes_on_behind_its_instance() {
+    let mesh: Vec<Triangle> = (0..30).map(|i| wall(i as f32)).collect();
+    let instances: Vec<_> = (0..30).map(|i| at(0, Vec3::new(0.0, 0.0, 100.0 * i as f32), 255)).collect();
+    let structure = Wide::<4>::build_with(&[mesh], &instances, COSTS, NodeFormat::Full4).unwrap();
+    let topology = structure.topology();
+    let blas = &topology.levels.as_ref().expect("two levels").blases[0];
+    // Within all boxes and beside all triangles.
+    let ray = Ray { origin: Vec3::new(0.9, 0.9, -10.0), ..along_z() };
+    let walk = |entries: u32| {
+        let mut seen = Steps::default();
+        let hit = structure.trace_short_stack(entries, &ray, Query::Closest, 255, &mut seen);
+        assert!(!hit.is_hit());
+        seen.0
+    };
+    let deep = walk(64);
+    let of = |seen: &[(Op, u32)], op: Op| {
+        seen.iter().filter(|step| step.0 == op).map(|step| step.1).collect::<Vec<_>>()
+    };
+    assert!(of(&deep, Op::Restart).is_empty());
+    // Nearest instance first, each once, whatever the stack has lost.
+    assert_eq!(of(&deep, Op::Instance), (0..30).collect::<Vec<_>>());
+    for entries in 0..8 {
+        let seen = walk(entries);
+        assert_eq!(of(&seen, Op::Instance), of(&deep, Op::Instance), "{entries} entries");
+        assert_eq!(of(&seen, Op::Primitive), of(&deep, Op::Primitive), "{entries} entries");
+        assert!([Op::Push, Op::Pop].iter().all(|&op| of(&seen, op).iter().all(|&slot| slot < entries)));
+        // Each level climbs in its own tree: a parent is fetched again right after.
+        let restarts = seen.windows(2).filter(|pair| pair[0].0 == Op::Restart);
+        assert!(restarts.clone().all(|pair| pair[1] == (Op::Node, pair[0].1)));
+        let in_blas = restarts.clone().filter(|pair| blas.nodes.contains(&pair[0].1)).count();
+        let in_tlas = restarts.count() - in_blas;
+        match entries {
+            0 => assert!(in_blas > 0 && in_tlas > 0, "{in_blas} {in_tlas}"),
+            // Entries of a BLAS push those of the TLAS out, not the other way around.
+            1 => assert!(in_tlas > 0, "{in_blas} {in_tlas}"),
+            _ => {}
+        }
+    }
+}
+
 #[test]
 fn places_that_the_format_cannot_hold_are_refused() {
     let far = [at(0, Vec3::new(-3.39e38, 0.0, 0.0), 255)];

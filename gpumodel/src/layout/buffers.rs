@@ -296,11 +296,17 @@ impl Buffers {
         let of_nodes = |(bytes, stride): (u32, u32)| reads(bytes, stride, line);
         let address = |place: Option<u64>| place.map_or(NOWHERE, |bytes| vec4(node_base + bytes));
         let (first_instance, instances) = structure.instances;
-        let Instances { layout: instance, read_bytes: instance_bytes } = Instances::of(header);
+        let Instances { layout: instance, leaf_bytes, read_bytes: instance_bytes } = Instances::of(header);
         let tree = TreeBuffers {
             reads: of_nodes(structure.bytes),
             tlas_reads: of_nodes(structure.tlas_bytes),
-            instance_reads: of_nodes((instance_bytes, instance.bytes)),
+            instance_reads: if unit_walks {
+                of_nodes((instance_bytes, instance.bytes))
+            } else {
+                Reads::new(instance_bytes, instance.bytes, line)
+            },
+            instance_leaf: (leaf_bytes > 0)
+                .then(|| (of_nodes((leaf_bytes, instance.bytes)), vec4(u64::from(leaf_bytes)))),
             instances: (vec4(node_base + first_instance), instances, vec4(u64::from(instance.bytes))),
             line_shift: line.log2() - VEC4_BYTES.ilog2(),
             stack_line_shift: private_line.log2(),

@@ -14,7 +14,9 @@ use tracer::{Accel, NodeFetch, TraceHeader};
 pub(crate) struct Instances {
     /// Their layout.
     pub(crate) layout: NodeLayout,
-    /// Bytes that a traversal reads, from the beginning.
+    /// Bytes of the leaf that names the instance, from the beginning: it is read first, and tells where the rest is. 0 without one.
+    pub(crate) leaf_bytes: u32,
+    /// Bytes that a traversal reads behind that.
     pub(crate) read_bytes: u32,
 }
 
@@ -23,9 +25,9 @@ impl Instances {
     pub(crate) fn of(header: &TraceHeader) -> Self {
         match (header.node_fetch, header.node_format) {
             (NodeFetch::Single, Some(NodeFormat::Adreno8)) => {
-                Self { layout: NodeLayout::INSTANCE_ADRENO_8, read_bytes: 128 }
+                Self { layout: NodeLayout::INSTANCE_ADRENO_8, leaf_bytes: 64, read_bytes: 64 }
             }
-            _ => Self { layout: NodeLayout::INSTANCE, read_bytes: 64 },
+            _ => Self { layout: NodeLayout::INSTANCE, leaf_bytes: 0, read_bytes: 64 },
         }
     }
 }
@@ -223,7 +225,7 @@ impl NodeLayout {
             (Accel::Bvh, "stack" | "restart-trail") => Ok(Self::BVH),
             (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(Self::BVH),
             (Accel::Bvh, "parent-link") => Ok(Self::BVH_PARENT_LINK),
-            (Accel::WideBvh | Accel::TwoLevel, "stack") | (Accel::WideBvh, "short-stack") => match header.node_format {
+            (Accel::WideBvh | Accel::TwoLevel, "stack" | "short-stack") => match header.node_format {
                 Some(NodeFormat::Full4) => Ok(Self::WIDE_FULL_4),
                 Some(NodeFormat::Full8) => Ok(Self::WIDE_FULL_8),
                 Some(NodeFormat::Compressed8) => Ok(Self::WIDE_COMPRESSED_8),
@@ -240,7 +242,7 @@ impl NodeLayout {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no node layout", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack or short-stack"
                     .to_owned(),
             }),
         }

@@ -16,6 +16,8 @@ pub(crate) struct TreeBuffers {
     /// Of a node's record in a TLAS, and of an instance's.
     pub(crate) tlas_reads: Reads,
     pub(crate) instance_reads: Reads,
+    /// Of the leaf before it, where there is one, and how long that is, in 16 bytes.
+    pub(crate) instance_leaf: Option<(Reads, u32)>,
     /// Lines of a load are its address shifted right by this.
     pub(crate) line_shift: u32,
     /// As `line_shift`, of private memory, in bytes.
@@ -38,6 +40,16 @@ impl TreeBuffers {
     #[inline(always)]
     pub(crate) fn reads_of(&self, in_tlas: bool) -> Reads {
         if in_tlas { self.tlas_reads } else { self.reads }
+    }
+
+    /// Loads of an instance's record, and of its leaf.
+    pub(crate) fn instance_loads(&self) -> u32 {
+        self.instance_reads.loads + self.instance_leaf.map_or(0, |(reads, _)| reads.loads)
+    }
+
+    /// Bytes that these read.
+    pub(crate) fn instance_bytes(&self) -> u32 {
+        self.instance_reads.bytes() + self.instance_leaf.map_or(0, |(reads, _)| reads.bytes())
     }
 
     /// Address of an instance's record.

@@ -442,7 +442,16 @@ impl Part<'_> {
     #[inline(always)]
     fn instance(&mut self, step: WarpStep<'_>) -> Result<(), String> {
         let tree = &self.program.buffers.tree;
-        self.locate(step.records.iter().copied(), |instance| tree.instance(instance))
+        let (mut begin, instances) = (0, step.records.iter().copied());
+        if let Some((leaf, leaf_vec4s)) = tree.instance_leaf {
+            self.locate(instances.clone(), |instance| tree.instance(instance))
+                .map_err(|instance| missing("instance", instance))?
+                .read_records(BufferKind::Node, leaf, step.lanes);
+            self.end_turn(true);
+            begin = leaf_vec4s;
+        }
+        self.by_ray_unit &= !self.program.around_instruction;
+        self.locate(instances, |instance| Some(tree.instance(instance)? + begin))
             .map_err(|instance| missing("instance", instance))?
             .read_records(BufferKind::Node, tree.instance_reads, step.lanes);
         self.end_turn(true);

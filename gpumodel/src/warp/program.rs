@@ -27,6 +27,8 @@ pub(crate) struct Program {
     pub(crate) keeps_turns: bool,
     /// A ray unit reads nodes and triangles and tests them.
     pub(super) by_ray_unit: bool,
+    /// It does so at an instruction of the shader, which walks.
+    pub(super) around_instruction: bool,
     step_costs: [Cost; Op::ALL.len()],
     /// Address arithmetic of one node record.
     record_cost: Cost,
@@ -103,7 +105,8 @@ impl Program {
         let unless_by_unit = |cost: Cost| if by_ray_unit { Cost::default() } else { cost };
         let unless_unit_walks = |cost: Cost| if unit_walks { Cost::default() } else { cost };
         let index_load = u32::from(buffers.has_index_list());
-        let two_level = config.costs.two_level(header)?;
+        let two_level = config.costs.two_level(header, &config.gpu)?;
+        let instance = two_level.map_or_else(Cost::default, |costs| costs.instance);
         let mut step_costs = [Cost::default(); Op::ALL.len()];
         for (op, cost, loads) in [
             (Op::Pop, traversal.pop, stack_access),
@@ -111,11 +114,11 @@ impl Program {
             (Op::Up, traversal.up, 0),
             (Op::Node, traversal.node, 0),
             (Op::Push, traversal.push, stack_access),
-            (Op::Instance, two_level.instance, buffers.tree.instance_reads.loads),
+            (Op::Instance, instance, buffers.tree.instance_loads()),
             (Op::Primitive, traversal.primitive, buffers.intersection_reads.loads + index_load),
         ] {
-            // What a unit reads has an address of its own making.
-            let loads = if by_ray_unit && op == Op::Primitive { 0 } else { loads };
+            // What a unit reads has an address of its own making, and what an instance's record takes around its instruction is in its cost.
+            let loads = if by_ray_unit && matches!(op, Op::Primitive | Op::Instance) { 0 } else { loads };
             step_costs[op as usize] = unless_unit_walks(with_loads(cost, loads));
         }
         let query = match unit {
@@ -168,6 +171,7 @@ impl Program {
             keeps_turns: config.fidelity == Fidelity::Timed,
             step_costs,
             by_ray_unit,
+            around_instruction: by_ray_unit && !unit_walks,
             record_cost: unless_by_unit(shared.address.times(buffers.tree.reads.loads)),
             tlas_costs: NodeCosts {
                 step: unless_by_unit(config.costs.tlas_node()),
@@ -209,8 +213,9 @@ impl Program {
     /// Whether warps of the same shape ask the same of memory here as in `other` where they read nodes and use their stacks, and no
     /// stream says what a turn costs.
     pub(crate) fn reads_tree_as(&self, other: &Self) -> bool {
-        let Self { buffers, lanes, nodes, levels, keeps_turns, by_ray_unit, .. } = self;
+        let Self { buffers, lanes, nodes, levels, keeps_turns, by_ray_unit, around_instruction, .. } = self;
         let alike = *by_ray_unit == other.by_ray_unit
+            && *around_instruction == other.around_instruction
             && *levels == other.levels
             && *lanes == other.lanes
             && *nodes == other.nodes
@@ -245,7 +250,7 @@ impl Program {
                 let index = if self.buffers.has_index_list() { INDEX_BYTES } else { 0 };
                 bytes(self.buffers.intersection_reads) + index
             }
-            Op::Instance => bytes(self.buffers.tree.instance_reads),
+            Op::Instance => self.buffers.tree.instance_bytes(),
             _ => self.records(op, id) * bytes(self.buffers.tree.reads_of(self.levels.in_tlas(id))),
         }
     }

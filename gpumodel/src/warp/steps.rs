@@ -328,7 +328,7 @@ impl Recorder<'_> {
         let active = lanes.iter().fold(0, |all, lanes| all | lanes).count_ones();
         self.tally.warp_steps[op as usize] += 1;
         self.tally.lane_steps[op as usize] += u64::from(active);
-        if let (Some(unit), Op::Node | Op::Primitive) = (&self.walk.unit, op) {
+        if let Some(unit) = self.walk.unit.as_ref().filter(|unit| unit.tests(op)) {
             unit.count(op, lanes, ids, &mut self.tally.unit);
         }
         let header = (op as u32) << OP_SHIFT | active << LANES_SHIFT;

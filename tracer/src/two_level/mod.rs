@@ -13,6 +13,7 @@ mod bottom_level;
 mod empty_space;
 mod overlap;
 mod sampling;
+mod short_stack;
 mod stack;
 mod statistics;
 mod structure;

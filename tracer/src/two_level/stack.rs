@@ -31,27 +31,43 @@ fn run<const ANY: bool, P: RayTriangle, T: BottomLevel<P>, O: Observer>(
     structure.tlas.walk::<ANY, O>(ray, &mut best, observer, |instances, stacked, best, observer| {
         observer.leaf_visit();
         instances.iter().any(|&number| {
-            observer.step(Op::Instance, number);
-            let placed = &structure.instances[number as usize];
-            if placed.mask & cull_mask == 0 {
-                return false;
-            }
-            let blas = structure.blas_of(placed);
-            let mut in_blas = InBlas {
-                outer: observer,
-                first_node: blas.first_node,
-                first_reference: blas.first_reference,
-                stacked,
-            };
-            let ray = placed.object_ray(ray);
-            blas.tree.descend::<ANY, _>(placed.first_primitive, &ray, best, &mut in_blas)
+            enter(structure, number, ray, cull_mask, stacked, observer, |blas, base, ray, observer| {
+                blas.descend::<ANY, _>(base, ray, best, observer)
+            })
         })
     });
     best
 }
 
+/// Reads the record of an instance and, unless its mask hides it, has `descend` look into its BLAS: it gets the tree, the number of its first
+/// triangle, the ray in its space, and the observer. `stacked` entries of the TLAS are on the stack.
+#[inline(always)]
+pub(super) fn enter<P: RayTriangle, T: BottomLevel<P>, O: Observer>(
+    structure: &TwoLevel<P, T>,
+    number: u32,
+    ray: &Ray,
+    cull_mask: u8,
+    stacked: u32,
+    observer: &mut O,
+    descend: impl FnOnce(&T, u32, &Ray, &mut InBlas<'_, O>) -> bool,
+) -> bool {
+    observer.step(Op::Instance, number);
+    let placed = &structure.instances[number as usize];
+    if placed.mask & cull_mask == 0 {
+        return false;
+    }
+    let blas = structure.blas_of(placed);
+    let mut in_blas = InBlas {
+        outer: observer,
+        first_node: blas.first_node,
+        first_reference: blas.first_reference,
+        stacked,
+    };
+    descend(&blas.tree, placed.first_primitive, &placed.object_ray(ray), &mut in_blas)
+}
+
 /// Tells `outer` of the steps within a BLAS, in the numbers of the whole structure.
-struct InBlas<'a, O> {
+pub(super) struct InBlas<'a, O> {
     outer: &'a mut O,
     first_node: u32,
     first_reference: u32,
