@@ -8,6 +8,7 @@ use crate::secondary;
 use crate::settings::FrameSettings;
 use crate::two_level;
 use anyhow::bail;
+use gpumodel::TriangleRecords;
 use scenes::{Feature, Light, Mesh, Needs, RaySelection, Scene, Triangle};
 use tracer::reflections::{ReflectionRay, ReflectionTracer};
 use tracer::{
@@ -60,8 +61,8 @@ pub(crate) struct Frame<'a> {
     /// Of a frame with these rays.
     needs: Needs,
     pub(crate) structure: AccelerationStructure,
-    /// What a report should say of two levels.
-    level_notes: Vec<String>,
+    /// What a report should say of pairs of triangles and of two levels.
+    structure_notes: Vec<String>,
     settings: FrameSettings,
     /// Seconds for building the structure.
     pub(crate) build_s: f64,
@@ -75,8 +76,8 @@ impl<'a> Frame<'a> {
         let rays = settings.rays.over(scene.scene.rays);
         let needs = scene.scene.needs_of(&rays);
         let structure = structure?;
-        let level_notes = two_level::notes(&structure);
-        Ok(Self { scene, rays, needs, structure, level_notes, settings: *settings, build_s })
+        let structure_notes = pair_note(&structure).into_iter().chain(two_level::notes(&structure)).collect();
+        Ok(Self { scene, rays, needs, structure, structure_notes, settings: *settings, build_s })
     }
 
     /// A tracer of what `machines` replay: the camera's rays, the shadow rays that the frame has, and what a rasteriser draws where
@@ -245,10 +246,23 @@ impl<'a> Frame<'a> {
                 .chain(test_notes)
                 .map(str::to_owned)
                 .chain(ray_notes)
-                .chain(self.level_notes.iter().cloned())
+                .chain(self.structure_notes.iter().cloned())
                 .collect(),
         }
     }
+}
+
+/// How many triangles share a record, where the structure has pairs.
+fn pair_note(structure: &AccelerationStructure) -> Option<String> {
+    structure.traversal().node_format().filter(|format| format.has_pairs())?;
+    let topology = structure.topology();
+    let (pairs, triangles) = (topology.seconds.len(), topology.references.len());
+    let share = 100.0 * 2.0 * pairs as f64 / triangles.max(1) as f64;
+    Some(format!(
+        "Pairs: {pairs} of triangles of a leaf that share an edge, {share:.0} % of the {triangles} triangles; a record of {} bytes holds a pair or a \
+         triangle alone, and normals lie apart.",
+        TriangleRecords::PAIR_BYTES
+    ))
 }
 
 fn built(scene: &LoadedScene, settings: &FrameSettings) -> Result<AccelerationStructure, tracer::Error> {

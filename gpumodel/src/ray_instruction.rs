@@ -17,7 +17,7 @@ fn source(traversal: &str, format: NodeFormat, rays: &[MockRay]) -> Recorded {
     let root = TopologyNode::Wide { first: 1, count: 8, leaves: 0 };
     let below = TopologyNode::Wide { first: 9, count: 0, leaves: 8 };
     let nodes = std::iter::once(root).chain((0..8).map(|_| below)).collect();
-    source.topology = Topology { nodes, references: (0..64).collect(), triangles: 64, levels: None };
+    source.topology = Topology { nodes, references: (0..64).collect(), triangles: 64, ..Topology::default() };
     source.header.node_format = Some(format);
     source.header.short_stack = 8;
     source.header.loop_structure = LoopStructure::IfIf;
@@ -90,7 +90,7 @@ fn two_levels(rays: &[MockRay]) -> Recorded {
         nodes: vec![TopologyNode::Wide { first: 1, count: 0, leaves }],
         references: (0..leaves).collect(),
         triangles: leaves,
-        levels: None,
+        ..Topology::default()
     };
     let mut source = source("short-stack", NodeFormat::Adreno8, rays);
     source.header.accel = Accel::TwoLevel;

@@ -122,6 +122,34 @@ fn a_wide_tlas_is_smaller_and_adrenos_instruction_walks_it_with_a_short_stack() 
 }
 
 #[test]
+fn pairs_of_triangles_are_fetched_once_and_named_in_the_report() {
+    let of = |format: &str| {
+        // An any-hit query ends at the first triangle, and pairs change which that is.
+        let args = ["profile", "cornell", "--shadow-query", "closest-hit", "--format", "json"];
+        let structure = ["--accel", "wide-bvh", "--node-format", format];
+        raybudget(args.iter().chain(&SMALL).chain(&structure)).json()
+    };
+    let [alone, pairs] = ["compressed-8", "compressed-8-pairs"].map(of);
+    for same in ["node_fetches", "primitive_tests", "structure_bytes", "rays"] {
+        assert_eq!(counter(&alone, same), counter(&pairs, same), "{same}");
+    }
+    assert!(counter(&pairs, "memory_instructions") < counter(&alone, "memory_instructions"));
+    let says = |report: &Value| report["notes"].to_string().contains("share an edge");
+    assert!(says(&pairs) && !says(&alone), "{}", pairs["notes"]);
+
+    let folder = folder();
+    let trace = folder.path().join("pairs.rbt");
+    let trace = trace.to_str().expect("UTF-8");
+    let more =
+        ["--accel", "wide-bvh", "--node-format", "compressed-8-pairs", "--shadow-query", "closest-hit"];
+    raybudget(["trace", "cornell", "-o", trace].iter().chain(&SMALL).chain(&more)).ok();
+    let replayed = raybudget(["replay", trace, "--format", "json"]).json();
+    assert_eq!(without_run(&pairs), without_run(&replayed));
+    let refused = raybudget(["replay", trace, "--primitive-order", "indexed"]).refused();
+    assert!(refused.contains("use triangles in the order of the leaves"), "{refused}");
+}
+
+#[test]
 fn trees_that_no_blas_can_be_are_refused_with_what_can() {
     let refused = |more: &[&str]| {
         raybudget(["profile", "cornell", "--accel", "two-level"].iter().chain(more)).refused()

@@ -53,10 +53,11 @@ fn rays() -> Vec<Ray> {
     (0..64 * 64).map(ray).collect()
 }
 
-const TRAVERSALS: [Traversal; 7] = [
+const TRAVERSALS: [Traversal; 8] = [
     Traversal::TwoLevelStack { format: None },
     Traversal::TwoLevelStack { format: Some(NodeFormat::Full4) },
     Traversal::TwoLevelStack { format: Some(NodeFormat::Compressed8) },
+    Traversal::TwoLevelStack { format: Some(NodeFormat::Compressed8Pairs) },
     Traversal::TwoLevelStack { format: Some(NodeFormat::Adreno8) },
     Traversal::TwoLevelShortStack { format: NodeFormat::Adreno8, short_stack: 8 },
     Traversal::TwoLevelShortStack { format: NodeFormat::Adreno8, short_stack: 1 },

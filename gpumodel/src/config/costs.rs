@@ -421,7 +421,7 @@ impl ShaderCosts {
             Some(NodeFormat::Full8) => self.wide_full_8,
             Some(NodeFormat::Adreno8) => self.wide_adreno_8,
             // Without a format there is no layout either, which is refused.
-            Some(NodeFormat::Compressed8) | None => self.wide_compressed_8,
+            Some(NodeFormat::Compressed8 | NodeFormat::Compressed8Pairs) | None => self.wide_compressed_8,
         };
         match (header.accel, header.traversal.as_str()) {
             (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(self.bvh_stack),

@@ -228,7 +228,7 @@ impl NodeLayout {
             (Accel::WideBvh | Accel::TwoLevel, "stack" | "short-stack") => match header.node_format {
                 Some(NodeFormat::Full4) => Ok(Self::WIDE_FULL_4),
                 Some(NodeFormat::Full8) => Ok(Self::WIDE_FULL_8),
-                Some(NodeFormat::Compressed8) => Ok(Self::WIDE_COMPRESSED_8),
+                Some(NodeFormat::Compressed8 | NodeFormat::Compressed8Pairs) => Ok(Self::WIDE_COMPRESSED_8),
                 Some(NodeFormat::Adreno8) => Ok(Self::WIDE_ADRENO_8),
                 None => Err(Error::Trace {
                     scene: header.scene.clone(),

@@ -484,7 +484,10 @@ impl Part<'_> {
 
     #[inline(always)]
     fn primitive(&mut self, step: WarpStep<'_>) -> Result<(), String> {
-        let (buffers, active) = (&self.program.buffers, step.lanes);
+        let (buffers, active) = (&self.program.buffers, step.lanes - step.root_lanes);
+        if !self.program.takes_turn(step) {
+            return Ok(());
+        }
         if buffers.has_index_list() {
             let lines = step.records.iter().map(|&position| buffers.index_line(position));
             let access = Access { kind: BufferKind::Index, write: false, bytes: INDEX_BYTES, repeats: 1 };

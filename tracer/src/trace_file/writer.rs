@@ -98,7 +98,7 @@ impl TraceWriter {
         head.extend(text);
         head.extend(xxh3_64_with_seed(&head, HEADER_SEED).to_le_bytes());
         writer.write(&head)?;
-        let (compressed, raw_bytes) = compress(&shape::encode_topology(topology))?;
+        let (compressed, raw_bytes) = compress(&shape::encode_topology(topology, header.node_format))?;
         writer.write_chunk(&compressed, raw_bytes, STRUCTURE_SEED)?;
         Ok(writer)
     }

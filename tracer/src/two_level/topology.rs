@@ -59,7 +59,8 @@ impl Topology {
             return Err(format!("an instance of mesh {mesh} of {}", blases.len()));
         }
         let tlas_nodes = nodes.len() as u32;
-        let (mut references, mut places) = (Vec::new(), Vec::with_capacity(blases.len()));
+        let (mut references, mut seconds) = (Vec::new(), Vec::new());
+        let mut places = Vec::with_capacity(blases.len());
         for blas in blases {
             nodes.resize(nodes.len().next_multiple_of(2), TopologyNode::Leaf { first: 0, count: 0 });
             let limit = Step::MAX_ID as usize;
@@ -70,6 +71,7 @@ impl Topology {
             nodes.extend(blas.nodes.iter().map(|node| node.moved(first_node, first_reference)));
             references
                 .extend(blas.references.iter().map(|&reference| first_reference.wrapping_add(reference)));
+            seconds.extend(blas.seconds.iter().map(|&second| first_reference.wrapping_add(second)));
             places.push(BlasPlace {
                 nodes: first_node..nodes.len() as u32,
                 references: first_reference..references.len() as u32,
@@ -78,7 +80,7 @@ impl Topology {
         let levels = Levels { tlas_nodes, tlas_references, blases: places, meshes };
         let triangles =
             levels.scene_triangles().ok_or("more triangles in all instances than ids can name")?;
-        Ok(Self { nodes, references, triangles, levels: Some(levels) })
+        Ok(Self { nodes, references, seconds, triangles, levels: Some(levels) })
     }
 
     /// Nodes of all trees.
@@ -103,10 +105,13 @@ impl Topology {
             nodes: self.nodes[..levels.tlas_nodes as usize].to_vec(),
             references: levels.tlas_references.clone(),
             triangles: levels.meshes.len() as u32,
-            levels: None,
+            ..Self::default()
         };
         let blas = |BlasPlace { nodes, references }: &BlasPlace| {
             let back = [nodes.start, references.start].map(u32::wrapping_neg);
+            let before = |reference: u32| self.seconds.partition_point(|&second| second < reference);
+            let first_second = before(references.start);
+            let seconds = first_second..before(references.end).max(first_second);
             let tree = Self {
                 nodes: self.nodes[nodes.start as usize..nodes.end as usize]
                     .iter()
@@ -116,6 +121,7 @@ impl Topology {
                     .iter()
                     .map(|reference| reference.wrapping_add(back[1]))
                     .collect(),
+                seconds: self.seconds[seconds].iter().map(|second| second.wrapping_add(back[1])).collect(),
                 triangles: references.len() as u32,
                 levels: None,
             };

@@ -14,7 +14,7 @@ use scenes::Triangle;
 type Member = (Aabb, NodeRef);
 
 impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
-    /// [`Self::collapse`] of a binary tree that is built for it with the SAH costs Ct and Ci.
+    /// [`Self::collapse`] of a binary tree that is built for it with the SAH costs Ct and Ci, its triangles in pairs where the format has these.
     ///
     /// # Errors
     /// As [`Self::collapse`].
@@ -28,7 +28,11 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
     ) -> Result<Self, Error> {
         let max_leaf = format.leaf_triangles().unwrap_or(u32::MAX);
         let options = BvhOptions { traversal_cost, intersection_cost, max_leaf, ..BvhOptions::MOBILE };
-        Self::collapse(Bvh::build_for(triangles, &options), format)
+        let mut tree = Self::collapse(Bvh::build_for(triangles, &options), format)?;
+        if format.has_pairs() {
+            tree.join_pairs(triangles);
+        }
+        Ok(tree)
     }
 
     /// The tree of nodes in `format`, whose width is `W`, over the leaves of `binary`, which must not be larger than the format allows.
@@ -37,7 +41,13 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
     /// A coordinate that the format cannot hold.
     pub fn collapse(binary: Bvh<P>, format: NodeFormat) -> Result<Self, Error> {
         let tree = WideNodes::collapse(binary.pair_tree(), format)?;
-        Ok(Self { tree, slack: binary.slack, references: binary.references, groups: binary.groups })
+        Ok(Self {
+            tree,
+            slack: binary.slack,
+            references: binary.references,
+            seconds: Vec::new(),
+            groups: binary.groups,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod collapse;
 mod format;
+mod pairs;
 mod quantise;
 pub mod short_stack;
 pub mod stack;

@@ -107,6 +107,8 @@ pub struct WideBvh<P: RayTriangle, const W: usize> {
     pub(super) tree: WideNodes<W>,
     pub(super) slack: PlaneSlack,
     pub(super) references: Vec<u32>,
+    /// Positions of the second triangles of pairs, rising.
+    pub(super) seconds: Vec<u32>,
     pub(super) groups: Vec<P::Group>,
 }
 
@@ -137,6 +139,11 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
     /// Triangle indices (file order) of all leaves: a permutation.
     pub fn references(&self) -> &[u32] {
         &self.references
+    }
+
+    /// Positions in [`Self::references`] whose triangle shares its record with the one before, rising.
+    pub fn seconds(&self) -> &[u32] {
+        &self.seconds
     }
 
     /// Entries that the stack of a traversal may take: all children of a node on the path but the one that the path goes through.
