@@ -450,7 +450,7 @@ pub(crate) struct FrameArgs {
     /// Tree: SAH cost of testing a triangle [default: 1.5].
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub(crate) ci: Option<f64>,
-    /// Wide BVH, or BLASes of two levels: children per node, and how their boxes are held [default: compressed-8; BLASes: binary nodes].
+    /// Wide BVH, or both of two levels: children per node, and how their boxes are held [default: compressed-8; short-stack: adreno-8; full stack of two levels: binary nodes].
     #[arg(long, value_name = "FORMAT", value_parser = PossibleValuesParser::new(tracer::wide::NodeFormat::ALL.map(tracer::wide::NodeFormat::name)))]
     pub(crate) node_format: Option<String>,
     /// Entries of the short stack of restart-trail and push-down [default: 0], and of short-stack [default: 8].

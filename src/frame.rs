@@ -9,11 +9,12 @@ use crate::secondary;
 use crate::settings::FrameSettings;
 use crate::two_level;
 use anyhow::bail;
+use gpumodel::TriangleRecords;
 use scenes::{Feature, Light, Mesh, Needs, RaySelection, Scene, Triangle};
 use tracer::reflections::{ReflectionRay, ReflectionTracer};
 use tracer::{
-    AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, ReflectionRays, SceneIdentity,
-    SceneRemarks, SecondaryRays, Traversal, TriangleTest, View,
+    Accel, AccelerationStructure, Choice, Forced, FrameTracer, Omission, Ray, Rays, ReflectionRays,
+    SceneIdentity, SceneRemarks, SecondaryRays, TriangleTest, View,
 };
 
 /// What a report says of hits that are not those of the default test.
@@ -61,8 +62,8 @@ pub(crate) struct Frame<'a> {
     /// Of a frame with these rays.
     needs: Needs,
     pub(crate) structure: AccelerationStructure,
-    /// What a report should say of two levels.
-    level_notes: Vec<String>,
+    /// What a report should say of pairs of triangles and of two levels.
+    structure_notes: Vec<String>,
     settings: FrameSettings,
     /// Seconds for building the structure.
     pub(crate) build_s: f64,
@@ -80,8 +81,8 @@ impl<'a> Frame<'a> {
             Some(tests) => structure?.with_alpha(tests)?,
             None => structure?,
         };
-        let level_notes = two_level::notes(&structure);
-        Ok(Self { scene, rays, needs, structure, level_notes, settings: *settings, build_s })
+        let structure_notes = pair_note(&structure).into_iter().chain(two_level::notes(&structure)).collect();
+        Ok(Self { scene, rays, needs, structure, structure_notes, settings: *settings, build_s })
     }
 
     /// A tracer of what `machines` replay: the camera's rays, the shadow rays that the frame has, and what a rasteriser draws where
@@ -256,22 +257,33 @@ impl<'a> Frame<'a> {
                 .map(str::to_owned)
                 .chain(ray_notes)
                 .chain(alpha_note)
-                .chain(self.level_notes.iter().cloned())
+                .chain(self.structure_notes.iter().cloned())
                 .collect(),
         }
     }
 }
 
+/// How many triangles share a record, where the structure has pairs.
+fn pair_note(structure: &AccelerationStructure) -> Option<String> {
+    structure.traversal().node_format().filter(|format| format.has_pairs())?;
+    let topology = structure.topology();
+    let (pairs, triangles) = (topology.seconds.len(), topology.references.len());
+    let share = 100.0 * 2.0 * pairs as f64 / triangles.max(1) as f64;
+    Some(format!(
+        "Pairs: {pairs} of triangles of a leaf that share an edge, {share:.0} % of the {triangles} triangles; a record of {} bytes holds a pair or a \
+         triangle alone, and normals lie apart.",
+        TriangleRecords::PAIR_BYTES
+    ))
+}
+
 fn built(scene: &LoadedScene, settings: &FrameSettings) -> Result<AccelerationStructure, tracer::Error> {
-    match settings.traversal {
-        Traversal::TwoLevelStack { format } => {
-            let triangles =
-                |mesh: &Mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect();
-            let meshes: Vec<_> = scene.scene.meshes.iter().map(triangles).collect();
-            AccelerationStructure::build_two_level(&meshes, &scene.scene.instances, format, &settings.build)
-        }
-        traversal => AccelerationStructure::build(&scene.triangles, traversal, &settings.build),
+    let traversal = settings.traversal;
+    if traversal.accel() != Accel::TwoLevel {
+        return AccelerationStructure::build(&scene.triangles, traversal, &settings.build);
     }
+    let triangles = |mesh: &Mesh| (0..mesh.triangles.len()).map(|index| mesh.triangle(index)).collect();
+    let meshes: Vec<_> = scene.scene.meshes.iter().map(triangles).collect();
+    AccelerationStructure::build_two_level(&meshes, &scene.scene.instances, traversal, &settings.build)
 }
 
 fn omission(entry: scenes::LeftOut) -> Omission {

@@ -112,7 +112,9 @@ impl FrameSettings {
             let named = NodeFormat::from_name(name)
                 .ok_or_else(|| anyhow!("--node-format {name}: no such one; use: {names}"))?;
             match &mut traversal {
-                Traversal::WideStack { format } | Traversal::WideShortStack { format, .. } => *format = named,
+                Traversal::WideStack { format }
+                | Traversal::WideShortStack { format, .. }
+                | Traversal::TwoLevelShortStack { format, .. } => *format = named,
                 Traversal::TwoLevelStack { format } => *format = Some(named),
                 _ => bail!(
                     "--node-format is an option of wide BVHs; add --accel wide-bvh or two-level, or leave it out"
@@ -199,12 +201,14 @@ fn set_short_stack(
             };
             return Ok(());
         }
-        Traversal::KdPushDown { short_stack } | Traversal::WideShortStack { short_stack, .. } => {
+        Traversal::KdPushDown { short_stack }
+        | Traversal::WideShortStack { short_stack, .. }
+        | Traversal::TwoLevelShortStack { short_stack, .. } => {
             *short_stack = entries.unwrap_or(*short_stack);
         }
         _ if entries.is_some() => {
             bail!(
-                "--short-stack: {name} has none; use --traversal restart-trail, --accel kd --traversal push-down or --accel wide-bvh \
+                "--short-stack: {name} has none; use --traversal restart-trail, --accel kd --traversal push-down or --accel wide-bvh or two-level \
                  --traversal short-stack, or leave it out"
             );
         }

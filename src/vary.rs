@@ -355,7 +355,8 @@ pub(crate) fn meaningless(point: &Point) -> Option<&'static str> {
     let pairs = accel == "bvh" && traversal != "parent-link";
     let has_short_stack = matches!(traversal, "restart-trail" | "push-down" | "short-stack");
     let may_be_wide = [Accel::WideBvh, Accel::TwoLevel].map(Accel::name).contains(&accel);
-    let is_wide = accel == Accel::WideBvh.name() || (may_be_wide && point.frame.node_format.is_some());
+    let is_wide = accel == Accel::WideBvh.name()
+        || (may_be_wide && (point.frame.node_format.is_some() || traversal == "short-stack"));
     let of_machine = |value: &Option<String>, name: &str| value.as_deref() == Some(name);
     let unit = point.machine.ray_unit.as_deref().and_then(RayScheduling::from_name);
     let is_adreno_8 =
@@ -444,6 +445,10 @@ mod tests {
         assert!(told(&["traversal=kd-backtrack", "short-stack=4"]));
         assert!(!told(&["traversal=wide-bvh-short-stack", "short-stack=4", "ray-unit=instruction"]));
         assert!(told(&["traversal=wide-bvh-stack", "ray-unit=instruction"]));
+        assert!(told(&["traversal=two-level-stack", "ray-unit=warp"]));
+        assert!(!told(&["traversal=two-level-stack", "node-format=full-4", "ray-unit=warp"]));
+        assert!(!told(&["traversal=two-level-short-stack", "ray-unit=instruction"]));
+        assert!(told(&["traversal=two-level-short-stack", "node-order=van-emde-boas"]));
         assert!(told(&["traversal=wide-bvh-short-stack", "node-format=full-4", "ray-unit=instruction"]));
     }
 }

@@ -20,7 +20,7 @@ fn source(mode: AlphaMode, rays: &[MockRay]) -> Recorded {
     let root = TopologyNode::Wide { first: 1, count: 8, leaves: 0 };
     let below = TopologyNode::Wide { first: 9, count: 0, leaves: 8 };
     let nodes = std::iter::once(root).chain((0..8).map(|_| below)).collect();
-    source.topology = Topology { nodes, references: (0..64).collect(), triangles: 64, levels: None };
+    source.topology = Topology { nodes, references: (0..64).collect(), triangles: 64, ..Topology::default() };
     source.header.node_format = Some(NodeFormat::Compressed8);
     let micromap = (mode == AlphaMode::Micromap).then_some(FORMAT);
     let tested = TestedTriangles::Runs(vec![[8, 56]]);

@@ -32,6 +32,8 @@ mod replay;
 mod sampled;
 mod schedule;
 mod timed;
+#[cfg(test)]
+mod triangle_pairs;
 mod warp;
 mod windows;
 mod workshop;

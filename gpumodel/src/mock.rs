@@ -93,7 +93,7 @@ pub(crate) fn complete_tree(leaves: u32) -> Topology {
         nodes: inner.chain(leaf).collect(),
         references: (0..leaves).collect(),
         triangles: leaves,
-        levels: None,
+        ..Topology::default()
     }
 }
 

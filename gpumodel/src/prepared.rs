@@ -130,7 +130,7 @@ pub(crate) fn registers(header: &TraceHeader, config: &ReplayConfig) -> Result<u
         return Ok(config.costs.ray_query.registers.max(of_alpha));
     }
     let short_stack = (u64::from(header.short_stack) * 8).div_ceil(16);
-    let of_levels = config.costs.two_level(header)?.registers;
+    let of_levels = config.costs.two_level(header, &config.gpu)?.map_or(0, |costs| costs.registers);
     let traversal = config.costs.of_shader(header, &config.gpu)?;
     let registers = traversal.registers.max(of_alpha);
     Ok(registers.saturating_add(of_levels).saturating_add(short_stack as u32))

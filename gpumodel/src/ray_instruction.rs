@@ -4,6 +4,7 @@ use crate::config::{Gpu, ShaderCosts};
 use crate::counters::{Pass, Value};
 use crate::estimate::estimate;
 use crate::mock::{MockRay, Recorded, config};
+use crate::prepared::registers;
 use crate::replay::{Fidelity, Maps, ReplayConfig, Replayed, replay};
 use tracer::wide::NodeFormat;
 use tracer::{Accel, LoopStructure, NO_HIT, Op, Topology, TopologyNode};
@@ -16,7 +17,7 @@ fn source(traversal: &str, format: NodeFormat, rays: &[MockRay]) -> Recorded {
     let root = TopologyNode::Wide { first: 1, count: 8, leaves: 0 };
     let below = TopologyNode::Wide { first: 9, count: 0, leaves: 8 };
     let nodes = std::iter::once(root).chain((0..8).map(|_| below)).collect();
-    source.topology = Topology { nodes, references: (0..64).collect(), triangles: 64, levels: None };
+    source.topology = Topology { nodes, references: (0..64).collect(), triangles: 64, ..Topology::default() };
     source.header.node_format = Some(format);
     source.header.short_stack = 8;
     source.header.loop_structure = LoopStructure::IfIf;
@@ -83,6 +84,80 @@ fn the_shader_pays_for_its_loop_and_the_unit_for_the_tests() {
     }
 }
 
+/// Two instances, below one node, of a mesh of one node with eight triangles.
+fn two_levels(rays: &[MockRay]) -> Recorded {
+    let tree = |leaves: u32| Topology {
+        nodes: vec![TopologyNode::Wide { first: 1, count: 0, leaves }],
+        references: (0..leaves).collect(),
+        triangles: leaves,
+        ..Topology::default()
+    };
+    let mut source = source("short-stack", NodeFormat::Adreno8, rays);
+    source.header.accel = Accel::TwoLevel;
+    source.topology = Topology::of_two_levels(tree(2), vec![tree(8)], vec![0, 0]).expect("valid");
+    source.header.triangles = source.topology.triangles;
+    source
+}
+
+#[test]
+fn entering_an_instance_is_the_shaders_work_and_a_test_of_its_box() {
+    // The root of the BLAS is node 2, as trees begin at even numbers.
+    let steps = vec![
+        (Op::Node, 0),
+        (Op::Push, 0),
+        (Op::Instance, 1),
+        (Op::Node, 2),
+        (Op::Primitive, 7),
+        (Op::Pop, 0),
+    ];
+    let source = two_levels(&vec![(steps, NO_HIT); 64]);
+    for name in GPUS_WITH_ONE {
+        let config = config(gpu(name, true));
+        let replayed = run(&source, &config);
+        let issue = replayed.counters.pass(Pass::Primary).issue;
+        let around = config.costs.of_shader(&source.header, &config.gpu).expect("the table has them");
+        let levels = config.costs.two_level(&source.header, &config.gpu).expect("it has these too");
+        let levels = levels.expect("two levels");
+        let instance = levels.instance;
+        let shared = &config.costs.shared;
+        // Four trips: to node 0, and from there into the instance; to its root; the triangle; what is popped.
+        let per_ray = shared.camera_ray.alu
+            + around.start.alu
+            + 2 * around.node.alu
+            + around.push.alu
+            + instance.alu
+            + around.primitive.alu
+            + around.pop.alu
+            + 4 * shared.trip.alu;
+        assert_eq!(issue.alu_active, 64 * u64::from(per_ray), "{name}");
+        assert_eq!((issue.instances, issue.tlas_steps), (64, 64));
+        // Both boxes of the TLAS, then that of the instance in its leaf; eight in the BLAS.
+        assert_eq!((issue.unit_tlas_boxes, issue.unit_box_tests), (64 * 3, 64 * (2 + 1 + 8)));
+        assert_eq!((issue.box_nodes, issue.unit_triangle_places), (64 * 3, 64));
+        // A node of 64 bytes, two instances of 192, each from a multiple of 256 bytes, and a node.
+        assert_eq!(replayed.structure_bytes, 256 + 512 + 64);
+        let one_level = tracer::TraceHeader { accel: Accel::WideBvh, ..source.header.clone() };
+        let [one, two] = [&one_level, &source.header]
+            .map(|header| registers(header, &config).expect("the table has them"));
+        assert_eq!(two, one + levels.registers, "{name}");
+    }
+}
+
+#[test]
+fn a_shader_without_the_instruction_pays_for_instances_as_with_a_full_stack() {
+    let steps = vec![(Op::Node, 0), (Op::Instance, 0), (Op::Node, 2), (Op::Primitive, 3)];
+    let source = two_levels(&vec![(steps, NO_HIT); 64]);
+    let config = config(gpu("adreno-750", false));
+    let issue = run(&source, &config).counters.pass(Pass::Primary).issue;
+    let mut full = source.header.clone();
+    full.traversal = "stack".to_owned();
+    let costs =
+        |header| config.costs.two_level(header, &config.gpu).expect("known").expect("two levels").instance;
+    assert_eq!((costs(&source.header).alu, costs(&source.header).efu), (costs(&full).alu, costs(&full).efu));
+    assert!(costs(&full).efu > 0, "reciprocals, which the instruction makes itself");
+    assert_eq!((issue.instances, issue.box_nodes, issue.unit_box_tests), (64, 0, 0));
+}
+
 #[test]
 fn the_instruction_knows_one_format_and_gives_no_distances() {
     let rays = vec![(steps(), NO_HIT); 64];
@@ -143,6 +218,20 @@ fn tables_without_the_instruction_say_what_to_add() {
     let config = ReplayConfig { costs: old, ..config(gpu("adreno-750", true)) };
     let refused = replay(&source, &config, Maps::Dropped, &|_, _| {}).expect_err("it has none").to_string();
     assert!(refused.contains("[ray-intersection]"), "{refused}");
+}
+
+#[test]
+fn tables_without_instances_around_the_instruction_say_what_to_add() {
+    let table = include_str!("../../configs/costs.toml");
+    let (before, rest) = table.split_once("[ray-intersection-two-level]").expect("it has one");
+    let after = rest.split_once("\n[").expect("another follows").1;
+    let old = ShaderCosts::parse(&format!("{before}\n[{after}"), "old.toml").expect("older tables are sound");
+    let source = two_levels(&[(vec![(Op::Node, 0)], NO_HIT)]);
+    let with = |with_unit| ReplayConfig { costs: old.clone(), ..config(gpu("adreno-750", with_unit)) };
+    let refused =
+        replay(&source, &with(true), Maps::Dropped, &|_, _| {}).expect_err("it has none").to_string();
+    assert!(refused.contains("[ray-intersection-two-level]"), "{refused}");
+    replay(&source, &with(false), Maps::Dropped, &|_, _| {}).expect("shaders need none");
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn tree(children: u32, leaves: u32) -> Topology {
     let below = TopologyNode::Wide { first: children + 1, count: 0, leaves };
     let nodes = std::iter::once(root).chain((0..children).map(|_| below)).collect();
     let references = children * leaves;
-    Topology { nodes, references: (0..references).collect(), triangles: references, levels: None }
+    Topology { nodes, references: (0..references).collect(), triangles: references, ..Topology::default() }
 }
 
 fn source(format: NodeFormat, rays: &[MockRay]) -> Recorded {

@@ -6,9 +6,11 @@ use common::{Traced, config};
 
 use gpumodel::{Gpu, Maps, NodeRecords, ReplayConfig, Replayed, Value, estimate, replay};
 use scenes::{Affine3A, Instance, Triangle, Vec3};
+use std::path::Path;
 use tracer::wide::NodeFormat;
 use tracer::{
-    AccelerationStructure, BuildOptions, FrameTracer, Ray, Rays, SceneIdentity, TileSource, Traversal,
+    AccelerationStructure, BuildOptions, FrameTracer, Op, Ray, Rays, SceneIdentity, Tile, TileSource,
+    TraceFile, Traversal,
 };
 
 const RAYS: u64 = 64;
@@ -27,7 +29,7 @@ impl Pair {
         let structure = AccelerationStructure::build_two_level(
             std::slice::from_ref(&mesh),
             &instances,
-            format,
+            Traversal::TwoLevelStack { format },
             &BuildOptions::default(),
         );
         let placed = |at: &Instance| Triangle { v: mesh[0].v.map(|corner| at.transform_point(corner)) };
@@ -56,31 +58,69 @@ impl Pair {
 
 #[test]
 fn a_ray_reads_the_records_on_its_way_through_both_levels() {
-    for (format, blas_bytes, blas_box_costs_more) in
-        [(None, 32, false), (Some(NodeFormat::Full4), 128, true), (Some(NodeFormat::Adreno8), 64, true)]
-    {
+    // Steps and records in the TLAS: its root and the pair below it, or one wide node. Then the root of the BLAS.
+    for (format, (tlas_steps, tlas_records), node_bytes, (instances, instance_read)) in [
+        (None, (2, 3), 32, (256, 64)),
+        (Some(NodeFormat::Full4), (1, 1), 128, (256, 64)),
+        (Some(NodeFormat::Compressed8), (1, 1), 80, (256, 64)),
+        // Leaf and descriptor of two instances, 192 bytes each.
+        (Some(NodeFormat::Adreno8), (1, 1), 64, (512, 128)),
+    ] {
         let pair = Pair::new(format);
         let replayed = pair.replay(&config("fragment"));
         let issue = replayed.counters.total().issue;
-        // The root of the TLAS, the pair below it, the root of the BLAS.
-        assert_eq!((issue.node_steps, issue.node_fetches), (3 * RAYS, 4 * RAYS));
-        assert_eq!((issue.instances, issue.tlas_steps), (RAYS, 2 * RAYS));
+        let records = tlas_records + 1;
+        assert_eq!((issue.node_steps, issue.node_fetches), ((tlas_steps + 1) * RAYS, records * RAYS));
+        assert_eq!((issue.instances, issue.tlas_steps), (RAYS, tlas_steps * RAYS));
         assert_eq!((issue.primitive_tests, issue.shaded), (RAYS, RAYS));
-        // Three nodes of the TLAS and two instances, each from a multiple of 256 bytes, and one node of the BLAS.
-        assert_eq!(replayed.structure_bytes, 256 + 2 * 128 + blas_bytes, "{format:?}");
-        // 64 bytes of the instance; 48 of the triangle for its test, as many to shade it.
-        let loaded = 3 * 32 + blas_bytes + 64 + 48 + 48;
-        assert_eq!(issue.lane_bytes, RAYS * loaded, "{format:?}");
+        // The nodes of the TLAS and the instances, each from a multiple of 256 bytes, and one node of the BLAS.
+        assert_eq!(replayed.structure_bytes, 256 + instances + node_bytes, "{format:?}");
+        // 48 bytes of the triangle for its test, as many to shade it.
+        assert_eq!(issue.lane_bytes, RAYS * (records * node_bytes + instance_read + 48 + 48), "{format:?}");
 
-        let bvh = config("fragment").costs;
-        let wide = bvh.traversal(pair.tracer().header()).expect("it has costs").node.alu;
-        let [binary, address] = [63, bvh.shared.address.alu];
-        assert_eq!(wide > binary, blas_box_costs_more);
-        // Loads of 16 bytes: two for each record of the TLAS.
-        let tlas = u64::from(2 * binary + 3 * 2 * address);
-        let blas = u64::from(wide) + blas_bytes / 16 * u64::from(address);
-        assert_eq!(issue.node_alu, RAYS * (tlas + blas), "{format:?}");
+        let costs = config("fragment").costs;
+        let node = costs.traversal(pair.tracer().header()).expect("it has costs").node.alu;
+        let of_steps = (tlas_steps + 1) * u64::from(node);
+        let of_loads = records * node_bytes / 16 * u64::from(costs.shared.address.alu);
+        assert_eq!(issue.node_alu, RAYS * (of_steps + of_loads), "{format:?}");
     }
+}
+
+/// A trace from before a TLAS could be wide, with BLASes of full-4.
+#[test]
+fn a_binary_tlas_over_wide_blases_costs_what_each_kind_of_node_costs() {
+    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/trace_file/binary_tlas.rbt");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("binary_tlas.rbt");
+    // Its first byte tells the fuzzer that a file follows.
+    let bytes = std::fs::read(kept).expect("a file of the repository").split_off(1);
+    std::fs::write(&path, bytes).expect("it is written");
+    let file = TraceFile::open(&path).expect("it is sound");
+    let levels = file.topology().levels.as_ref().expect("two levels");
+    let (mut tile, mut roots, mut pairs, mut wide) = (Tile::default(), 0, 0, 0);
+    for index in 0..file.header().frame.tiles() {
+        file.tile(index, &mut tile).expect("it is sound");
+        let steps = tile.ray_sets.iter().flat_map(|set| &set.steps);
+        for step in steps.filter(|step| step.op() == Op::Node) {
+            match step.id() {
+                0 => roots += 1,
+                id if id < levels.tlas_nodes => pairs += 1,
+                _ => wide += 1,
+            }
+        }
+    }
+    assert!(roots > 0 && pairs > 0 && wide > 0);
+    let config = config("fragment");
+    let replayed = replay(&file, &config, Maps::Dropped, &|_, _| {}).expect("valid");
+    let issue = replayed.counters.total().issue;
+    assert_eq!((issue.node_steps, issue.tlas_steps), (roots + pairs + wide, roots + pairs));
+    assert_eq!(issue.node_fetches, roots + 2 * pairs + wide);
+    // Nine instances below 17 nodes, the one node of a tetrahedron's BLAS.
+    assert_eq!(replayed.structure_bytes, 768 + (9 * 128_u64).next_multiple_of(256) + 128);
+    let costs = &config.costs;
+    let [binary, address] = [63, u64::from(costs.shared.address.alu)];
+    let wide_node = u64::from(costs.traversal(file.header()).expect("it has costs").node.alu);
+    let of_tlas = binary * (roots + pairs) + 2 * address * (roots + 2 * pairs);
+    assert_eq!(issue.node_alu, of_tlas + (wide_node + 8 * address) * wide);
 }
 
 #[test]
@@ -102,9 +142,9 @@ fn a_ray_unit_counts_boxes_of_the_tlas_and_instances() {
         Some(Value::Count(count)) => *count,
         other => panic!("{id}: {other:?}"),
     };
-    // Its own box at the root, two at the pair below; the one leaf's box at the root of the BLAS.
-    assert_eq!(value("ray_unit_tlas_box_tests"), 3 * RAYS);
-    assert_eq!(value("ray_unit_box_tests"), 4 * RAYS);
+    // Those of the two instances; the one leaf's box at the root of the BLAS.
+    assert_eq!(value("ray_unit_tlas_box_tests"), 2 * RAYS);
+    assert_eq!(value("ray_unit_box_tests"), 3 * RAYS);
     assert_eq!((value("ray_unit_instances"), value("instances")), (RAYS, RAYS));
 }
 

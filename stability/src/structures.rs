@@ -87,7 +87,9 @@ fn most_trips(traversal: Traversal, topology: &Topology, depth: u32) -> u64 {
         Traversal::TwoLevelStack { .. } => nodes,
         Traversal::BvhParentLink | Traversal::KdBacktrack => 2 * nodes,
         // Each node, and its parent again behind each child, leaves among them.
-        Traversal::WideShortStack { format, .. } => nodes * (1 + u64::from(format.width())),
+        Traversal::WideShortStack { format, .. } | Traversal::TwoLevelShortStack { format, .. } => {
+            nodes * (1 + u64::from(format.width()))
+        }
         Traversal::BvhRestartTrail { .. } | Traversal::KdRestart | Traversal::KdPushDown { .. } => {
             // A restart also follows decisions whose other child has been culled since.
             nodes * (u64::from(depth) + 1)
@@ -100,6 +102,9 @@ pub(crate) fn traversals() -> [Traversal; Traversal::ALL.len()] {
     Traversal::ALL.map(|traversal| match traversal {
         Traversal::WideShortStack { short_stack, .. } => {
             Traversal::WideShortStack { format: NodeFormat::Compressed8, short_stack }
+        }
+        Traversal::TwoLevelShortStack { short_stack, .. } => {
+            Traversal::TwoLevelShortStack { format: NodeFormat::Compressed8, short_stack }
         }
         other => other,
     })

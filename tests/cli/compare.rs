@@ -168,7 +168,7 @@ fn combinations_without_meaning_are_left_out_and_named() {
         raybudget(args.iter().chain(&TINY)).json_with_warning()
     };
     let (comparison, warnings) = json("traversal,ct-ci");
-    assert_eq!(variants(&comparison).len(), 10 * 4);
+    assert_eq!(variants(&comparison).len(), 11 * 4);
     assert_eq!(warnings.lines().count(), 4, "{warnings}");
     assert!(warnings.contains("left out grid-dda 3:1.5: a grid is not built by costs"), "{warnings}");
 
@@ -208,16 +208,16 @@ fn every_ray_unit_is_compared_where_it_has_a_part() {
 #[test]
 fn traversals_that_an_option_of_the_frame_does_not_fit_are_left_out() {
     for (option, value, left, reason) in [
-        ("--ct", "2", 10, "a grid is not built by costs"),
-        ("--ci", "2", 10, "a grid is not built by costs"),
-        ("--short-stack", "4", 3, "have a short stack"),
+        ("--ct", "2", 11, "a grid is not built by costs"),
+        ("--ci", "2", 11, "a grid is not built by costs"),
+        ("--short-stack", "4", 4, "have a short stack"),
         ("--trail-bits", "32", 1, "only restart-trail has a trail"),
         ("--splits", "perfect", 4, "only kd-trees"),
         ("--empty-bonus", "0.8", 4, "only kd-trees"),
         ("--max-depth", "9", 4, "only kd-trees"),
         ("--flat-cells", "allowed", 3, "backtracking cannot leave"),
         ("--node-records", "child-boxes", 2, "boxes of both children"),
-        ("--node-format", "full-4", 3, "only nodes of wide BVHs"),
+        ("--node-format", "full-4", 4, "only nodes of wide BVHs"),
         ("--node-order", "van-emde-boas", 9, "parts the children"),
     ] {
         let args = ["compare", "cornell", "--vary", "traversal", option, value, "--format", "json"];

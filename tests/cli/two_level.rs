@@ -55,7 +55,11 @@ fn a_replayed_trace_of_instances_says_what_their_profile_says_on_any_number_of_t
     let folder = folder();
     let scene = field(&folder);
     let trace = folder.path().join("field.rbt");
-    for more in [&["--accel", "two-level"][..], &["--accel", "two-level", "--node-format", "full-4"]] {
+    for more in [
+        &["--accel", "two-level"][..],
+        &["--accel", "two-level", "--node-format", "full-4"],
+        &["--accel", "two-level", "--traversal", "short-stack"],
+    ] {
         let profiled = profile(&scene, more);
         let alone = profile(&scene, &[more, &["--threads", "1"]].concat());
         let paths = [&scene, &trace].map(|path| path.to_str().expect("UTF-8"));
@@ -88,11 +92,69 @@ fn two_levels_store_a_mesh_once_and_say_what_they_suffer_from() {
 }
 
 #[test]
+fn a_wide_tlas_is_smaller_and_adrenos_instruction_walks_it_with_a_short_stack() {
+    let folder = folder();
+    let scene = field(&folder);
+    let on =
+        |more: &[&str]| profile(&scene, &[&["--accel", "two-level", "--gpu", "adreno-830"], more].concat());
+    let [binary, full] = [&[][..], &["--node-format", "adreno-8"]].map(on);
+    assert!(counter(&full, "structure_nodes") * 3.0 < counter(&binary, "structure_nodes"));
+    let tlas = counter(&full, "structure_nodes") as u32 - 1;
+    let expected = (tlas * 64).next_multiple_of(256) + 60 * 192 + 64;
+    assert_eq!(counter(&full, "structure_bytes") as u32, expected);
+    assert!(full["counters"]["ray_unit_box_tests"]["value"].is_null());
+    let says = |report: &Value, text: &str| report["assumptions"].to_string().contains(text);
+    assert!(says(&full, "--traversal short-stack") && says(&binary, "has no part in it"));
+
+    let short = on(&["--traversal", "short-stack"]);
+    assert!(!says(&short, "has no part in it"), "{}", short["assumptions"]);
+    assert_eq!(short["inputs"]["node_format"], "adreno-8");
+    let (tlas_boxes, boxes) =
+        (counter(&short, "ray_unit_tlas_box_tests"), counter(&short, "ray_unit_box_tests"));
+    assert!(0.0 < tlas_boxes && tlas_boxes < boxes, "{tlas_boxes} of {boxes}");
+    assert_eq!(counter(&short, "ray_unit_instances"), counter(&short, "instances"));
+    let in_shader = on(&["--traversal", "short-stack", "--ray-unit", "none"]);
+    for same in ["node_fetches", "primitive_tests", "instances", "structure_bytes"] {
+        assert_eq!(counter(&in_shader, same), counter(&short, same), "{same}");
+    }
+    // A shadow ray for each hit.
+    assert_eq!(counter(&binary, "rays"), counter(&short, "rays"));
+}
+
+#[test]
+fn pairs_of_triangles_are_fetched_once_and_named_in_the_report() {
+    let of = |format: &str| {
+        // An any-hit query ends at the first triangle, and pairs change which that is.
+        let args = ["profile", "cornell", "--shadow-query", "closest-hit", "--format", "json"];
+        let structure = ["--accel", "wide-bvh", "--node-format", format];
+        raybudget(args.iter().chain(&SMALL).chain(&structure)).json()
+    };
+    let [alone, pairs] = ["compressed-8", "compressed-8-pairs"].map(of);
+    for same in ["node_fetches", "primitive_tests", "structure_bytes", "rays"] {
+        assert_eq!(counter(&alone, same), counter(&pairs, same), "{same}");
+    }
+    assert!(counter(&pairs, "memory_instructions") < counter(&alone, "memory_instructions"));
+    let says = |report: &Value| report["notes"].to_string().contains("share an edge");
+    assert!(says(&pairs) && !says(&alone), "{}", pairs["notes"]);
+
+    let folder = folder();
+    let trace = folder.path().join("pairs.rbt");
+    let trace = trace.to_str().expect("UTF-8");
+    let more =
+        ["--accel", "wide-bvh", "--node-format", "compressed-8-pairs", "--shadow-query", "closest-hit"];
+    raybudget(["trace", "cornell", "-o", trace].iter().chain(&SMALL).chain(&more)).ok();
+    let replayed = raybudget(["replay", trace, "--format", "json"]).json();
+    assert_eq!(without_run(&pairs), without_run(&replayed));
+    let refused = raybudget(["replay", trace, "--primitive-order", "indexed"]).refused();
+    assert!(refused.contains("use triangles in the order of the leaves"), "{refused}");
+}
+
+#[test]
 fn trees_that_no_blas_can_be_are_refused_with_what_can() {
     let refused = |more: &[&str]| {
         raybudget(["profile", "cornell", "--accel", "two-level"].iter().chain(more)).refused()
     };
     assert!(refused(&["--max-depth", "9"]).contains("the trees of two levels are BVHs"));
-    assert!(refused(&["--traversal", "dda"]).contains("use one of: stack"));
+    assert!(refused(&["--traversal", "dda"]).contains("use one of: stack, short-stack"));
     assert!(refused(&["--node-records", "child-boxes"]).contains("use packed or padded node records"));
 }

@@ -87,8 +87,15 @@ pub enum Traversal {
     GridDda,
     /// Two levels, a full stack through both, nearer child first.
     TwoLevelStack {
-        /// What the nodes of BLASes hold; `None` for binary ones. The TLAS is binary.
+        /// What the nodes of both levels hold; `None` for binary ones.
         format: Option<NodeFormat>,
+    },
+    /// Two levels of wide nodes, a short stack through both, as [`Self::WideShortStack`].
+    TwoLevelShortStack {
+        /// What the nodes of both levels hold.
+        format: NodeFormat,
+        /// Entries of the short stack.
+        short_stack: u32,
     },
 }
 
@@ -105,7 +112,7 @@ pub enum StackUse {
 
 impl Traversal {
     /// One of each, in its plainest form.
-    pub const ALL: [Traversal; 11] = [
+    pub const ALL: [Traversal; 12] = [
         Traversal::BvhStack,
         Traversal::BvhParentLink,
         Traversal::BvhRestartTrail { bits: None, short_stack: 0 },
@@ -117,6 +124,7 @@ impl Traversal {
         Traversal::KdBacktrack,
         Traversal::GridDda,
         Traversal::TwoLevelStack { format: None },
+        Traversal::TwoLevelShortStack { format: NodeFormat::Adreno8, short_stack: DRIVER_ENTRIES },
     ];
 
     /// The structure that it walks.
@@ -129,7 +137,7 @@ impl Traversal {
             | Traversal::KdPushDown { .. }
             | Traversal::KdBacktrack => Accel::Kd,
             Traversal::GridDda => Accel::Grid,
-            Traversal::TwoLevelStack { .. } => Accel::TwoLevel,
+            Traversal::TwoLevelStack { .. } | Traversal::TwoLevelShortStack { .. } => Accel::TwoLevel,
         }
     }
 
@@ -140,7 +148,7 @@ impl Traversal {
             | Traversal::WideStack { .. }
             | Traversal::KdStack
             | Traversal::TwoLevelStack { .. } => "stack",
-            Traversal::WideShortStack { .. } => "short-stack",
+            Traversal::WideShortStack { .. } | Traversal::TwoLevelShortStack { .. } => "short-stack",
             Traversal::BvhParentLink => "parent-link",
             Traversal::BvhRestartTrail { .. } => "restart-trail",
             Traversal::KdRestart => "restart",
@@ -166,12 +174,12 @@ impl Traversal {
         })
     }
 
-    /// How many records a node step reads; of two levels, one in a TLAS or a binary BLAS.
+    /// How many records a node step reads.
     pub fn node_fetch(self) -> NodeFetch {
         match self {
-            Traversal::BvhStack | Traversal::BvhRestartTrail { .. } | Traversal::TwoLevelStack { .. } => {
-                NodeFetch::Pair
-            }
+            Traversal::BvhStack
+            | Traversal::BvhRestartTrail { .. }
+            | Traversal::TwoLevelStack { format: None } => NodeFetch::Pair,
             _ => NodeFetch::Single,
         }
     }
@@ -180,15 +188,17 @@ impl Traversal {
     pub fn loop_structure(self) -> LoopStructure {
         match self {
             Traversal::BvhParentLink => LoopStructure::SingleLoop,
-            Traversal::WideShortStack { .. } => LoopStructure::IfIf,
+            Traversal::WideShortStack { .. } | Traversal::TwoLevelShortStack { .. } => LoopStructure::IfIf,
             _ => LoopStructure::WhileWhile,
         }
     }
 
-    /// What the nodes of its wide BVH, or of wide BLASes, hold; `None` for any other structure.
+    /// What the nodes of its wide BVH, or of two wide levels, hold; `None` for any other structure.
     pub fn node_format(self) -> Option<NodeFormat> {
         match self {
-            Traversal::WideStack { format } | Traversal::WideShortStack { format, .. } => Some(format),
+            Traversal::WideStack { format }
+            | Traversal::WideShortStack { format, .. }
+            | Traversal::TwoLevelShortStack { format, .. } => Some(format),
             Traversal::TwoLevelStack { format } => format,
             _ => None,
         }
@@ -199,6 +209,7 @@ impl Traversal {
         match self {
             Traversal::BvhRestartTrail { short_stack, .. }
             | Traversal::WideShortStack { short_stack, .. }
+            | Traversal::TwoLevelShortStack { short_stack, .. }
             | Traversal::KdPushDown { short_stack } => short_stack,
             _ => 0,
         }
@@ -285,6 +296,10 @@ fn check(triangles: &[Triangle], traversal: Traversal, options: &BuildOptions) -
             "triangle {index} has a corner that is not finite; remove it before building a structure"
         )));
     }
+    check_short_stack(traversal)
+}
+
+fn check_short_stack(traversal: Traversal) -> Result<(), Error> {
     let short_stack = traversal.short_stack();
     if short_stack > MAX_SHORT_STACK {
         return Err(Error::Options(format!(
@@ -336,18 +351,25 @@ impl AccelerationStructure {
         })
     }
 
-    /// Builds a two-level structure over the instances of meshes, with BLASes whose nodes hold `format`, or binary ones. Hits name
+    /// Builds the two-level structure that `traversal` walks over the instances of meshes. Hits name
     /// triangles instance after instance, each in file order, as [`scenes::Scene::triangles`] lists them.
     ///
     /// # Errors
-    /// As [`TwoLevel::build_with`](crate::two_level::TwoLevel::build_with).
+    /// As [`TwoLevel::build_with`](crate::two_level::TwoLevel::build_with); a short stack beyond its limit; a traversal of another structure.
     pub fn build_two_level(
         meshes: &[Vec<Triangle>],
         instances: &[Instance],
-        format: Option<NodeFormat>,
+        traversal: Traversal,
         options: &BuildOptions,
     ) -> Result<Self, Error> {
-        let traversal = Traversal::TwoLevelStack { format };
+        if traversal.accel() != Accel::TwoLevel {
+            let (accel, name) = (traversal.accel().name(), traversal.name());
+            return Err(Error::Options(format!(
+                "{accel} {name} walks no two levels; use one of --accel two-level"
+            )));
+        }
+        check_short_stack(traversal)?;
+        let format = traversal.node_format();
         Ok(match options.triangle_test {
             TriangleTest::MoellerTrumbore => {
                 let tree = Tree::of_instances(meshes, instances, format, options)?;

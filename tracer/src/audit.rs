@@ -173,7 +173,7 @@ mod tests {
             ],
             references: vec![0, 1, 1],
             triangles: 2,
-            levels: None,
+            ..Topology::default()
         }
     }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// * A **node fetch** is a read of a node record from its buffer ("a node is traversed when it is fetched", Sousa et al.
 ///   2019, section 4.1). [`Op::Node`] and [`Op::Up`] fetch; no other step does.
 /// * [`Op::Node`] fetches one record, or, where the traversal's [`NodeFetch`](crate::NodeFetch) is `Pair` and the id is odd,
-///   the two sibling records `id` and `id + 1`: roots have even ids. Nodes of wide BLASes are fetched one by one below a TLAS in pairs.
+///   the two sibling records `id` and `id + 1`: roots have even ids.
 /// * [`Op::Up`] fetches an ancestor's record once more, for its links. No box is tested against it.
 /// * [`Op::Restart`], [`Op::Push`] and [`Op::Pop`] fetch no node. Push and Pop move one stack entry, at depth `id`.
 /// * [`Op::Primitive`] tests one triangle; `id` is the position in the structure's reference list, not the triangle's number.

@@ -63,6 +63,8 @@ pub struct Topology {
     pub nodes: Vec<TopologyNode>,
     /// Triangle index (file order) at each position that a primitive step can name; of two levels, among the triangles of all meshes.
     pub references: Vec<u32>,
+    /// Positions in it whose triangle shares its record with that of the position before, rising: the second ones of pairs.
+    pub seconds: Vec<u32>,
     /// Number of triangles of the scene; of two levels, those of all instances.
     pub triangles: u32,
     /// What belongs to which tree, where there are two levels.
@@ -80,7 +82,7 @@ impl Topology {
             nodes: bvh.nodes().map(node).collect(),
             references: bvh.references().to_vec(),
             triangles: bvh.references().len() as u32,
-            levels: None,
+            ..Self::default()
         }
     }
 
@@ -89,6 +91,7 @@ impl Topology {
         Self {
             nodes: bvh.links().collect(),
             references: bvh.references().to_vec(),
+            seconds: bvh.seconds().to_vec(),
             triangles: bvh.references().len() as u32,
             levels: None,
         }
@@ -104,7 +107,7 @@ impl Topology {
             nodes: tree.nodes.iter().map(node).collect(),
             references: tree.references.clone(),
             triangles: tree.triangles.len() as u32,
-            levels: None,
+            ..Self::default()
         }
     }
 
@@ -118,7 +121,7 @@ impl Topology {
             nodes: (0..grid.cell_count()).map(leaf).collect(),
             references: grid.references().to_vec(),
             triangles: grid.triangle_count() as u32,
-            levels: None,
+            ..Self::default()
         }
     }
 
@@ -133,6 +136,17 @@ impl Topology {
     /// # Errors
     /// A sentence that names the first offender.
     pub fn validate(&self) -> Result<(), String> {
+        // Each has a first one before it, which is not second to another.
+        let mut free = 0;
+        for &second in &self.seconds {
+            if second as usize >= self.references.len() || second <= free {
+                return Err(format!(
+                    "position {second} of {} cannot be second to the one before",
+                    self.references.len()
+                ));
+            }
+            free = second + 1;
+        }
         if let Some(levels) = &self.levels {
             return self.validate_levels(levels);
         }

@@ -1,6 +1,6 @@
 //! A structure of any kind over triangles that are prepared for one test.
 
-use crate::accel::{BuildOptions, LeafCounts, Traversal};
+use crate::accel::{Accel, BuildOptions, LeafCounts, Traversal};
 use crate::alpha::RayQuery;
 use crate::bvh::restart_trail::TrailBits;
 use crate::bvh::{self, Bvh, BvhOptions};
@@ -51,7 +51,8 @@ impl<P: RayTriangle> Tree<P> {
         traversal: Traversal,
         options: &BuildOptions,
     ) -> Result<Self, Error> {
-        if let Traversal::TwoLevelStack { format } = traversal {
+        if traversal.accel() == Accel::TwoLevel {
+            let format = traversal.node_format();
             return Self::of_instances(&[triangles.to_vec()], &[Instance::identity(0)], format, options);
         }
         let BuildOptions { traversal_cost, intersection_cost, mut kd, triangle_test: _ } = *options;
@@ -86,7 +87,9 @@ impl<P: RayTriangle> Tree<P> {
                 Self::KdWithCells(tree, cells)
             }
             Traversal::GridDda => Self::Grid(Grid::build_for(triangles)?),
-            Traversal::TwoLevelStack { .. } => unreachable!("built above"),
+            Traversal::TwoLevelStack { .. } | Traversal::TwoLevelShortStack { .. } => {
+                unreachable!("built above")
+            }
         })
     }
 
@@ -142,6 +145,12 @@ impl<P: RayTriangle> Tree<P> {
             (Self::Kd(tree), _) => kd::stack::trace(tree, ray, query, observer),
             (Self::KdWithCells(tree, cells), _) => kd::backtrack::trace(tree, cells, ray, query, observer),
             (Self::Grid(grid), _) => grid::dda::trace(grid, ray, query, observer),
+            (Self::TwoLevel4(levels), Traversal::TwoLevelShortStack { short_stack, .. }) => {
+                levels.trace_short_stack(short_stack, ray, query, u8::MAX, observer)
+            }
+            (Self::TwoLevel8(levels), Traversal::TwoLevelShortStack { short_stack, .. }) => {
+                levels.trace_short_stack(short_stack, ray, query, u8::MAX, observer)
+            }
             (Self::TwoLevel(levels), _) => levels.trace(ray, query, u8::MAX, observer),
             (Self::TwoLevel4(levels), _) => levels.trace(ray, query, u8::MAX, observer),
             (Self::TwoLevel8(levels), _) => levels.trace(ray, query, u8::MAX, observer),

@@ -6,9 +6,8 @@ use kd_support::*;
 use scenes::{Instance, Triangle};
 use tracer::wide::NodeFormat;
 use tracer::{
-    Accel, AccelerationStructure, AlphaMode, AlphaTests, BuildOptions, DECIDED_BY_MICROMAP, Hit,
-    MicromapFormat, MicromapStates, Observer, Op, PreparedTriangle, Query, Ray, Silent, TestedTriangles,
-    Traversal, fence,
+    AccelerationStructure, AlphaMode, AlphaTests, BuildOptions, DECIDED_BY_MICROMAP, Hit, MicromapFormat,
+    MicromapStates, Observer, Op, PreparedTriangle, Query, Ray, Silent, TestedTriangles, Traversal, fence,
 };
 
 fn traversals() -> Vec<Traversal> {
@@ -213,14 +212,24 @@ fn instances_of_a_mesh_may_be_tested_apart() {
     let instances = [Instance::identity(0), Instance::identity(0)];
     let tests =
         AlphaTests { mode: AlphaMode::Cull, tested: TestedTriangles::of([true, false]), micromap: None };
-    let structure =
-        AccelerationStructure::build_two_level(&[mesh.clone()], &instances, None, &BuildOptions::default())
-            .and_then(|structure| structure.with_alpha(tests))
-            .unwrap();
-    assert_eq!(structure.traversal().accel(), Accel::TwoLevel);
     let [a, b, c] = mesh[0].v;
     let inside = (a + b + c) / 3.0;
     let normal = (b - a).cross(c - a);
-    let hit = structure.trace(&Ray::new(inside + normal, -normal), Query::Closest, &mut Silent);
-    assert_eq!(hit.primitive, 1);
+    for traversal in [
+        Traversal::TwoLevelStack { format: None },
+        Traversal::TwoLevelStack { format: Some(NodeFormat::Compressed8Pairs) },
+        Traversal::TwoLevelShortStack { format: NodeFormat::Adreno8, short_stack: 2 },
+    ] {
+        let options = BuildOptions::default();
+        let structure = AccelerationStructure::build_two_level(
+            std::slice::from_ref(&mesh),
+            &instances,
+            traversal,
+            &options,
+        )
+        .and_then(|structure| structure.with_alpha(tests.clone()))
+        .unwrap();
+        let hit = structure.trace(&Ray::new(inside + normal, -normal), Query::Closest, &mut Silent);
+        assert_eq!(hit.primitive, 1, "{traversal:?}");
+    }
 }

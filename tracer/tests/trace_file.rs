@@ -6,7 +6,8 @@ use tracer::wide::NodeFormat;
 use tracer::{
     AccelerationStructure, AlphaMode, AlphaTests, BuildOptions, DECIDED_BY_MICROMAP, EncodedTile, Error,
     FrameTracer, MAX_RAY_SETS, MicromapFormat, MicromapStates, NOT_CAST, Op, RayKind, Rays, SceneIdentity,
-    Step, TestedTriangles, Tile, TileSource, TraceFile, TraceHeader, TraceWriter, Traversal, View,
+    Step, TestedTriangles, Tile, TileSource, TopologyNode, TraceFile, TraceHeader, TraceWriter, Traversal,
+    View,
 };
 
 fn with_tracer<R>(
@@ -294,6 +295,32 @@ fn a_file_from_before_drawn_triangles_reads_as_before_and_its_tiles_are_written_
         file[12 + text + 8..index].to_vec()
     };
     assert_eq!(chunks(&std::fs::read(&again).expect("it is there")), chunks(&old));
+}
+
+#[test]
+fn a_file_with_a_binary_tlas_over_wide_blases_reads_as_before() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, old) = kept("binary_tlas.rbt", folder.path());
+    let (file, tiles) = read_all(&path).expect("it is read");
+    // Then names of formats had no hyphen.
+    assert!(String::from_utf8_lossy(&old).contains(r#""node_format":"full4","node_fetch":"pair""#));
+    assert_eq!(file.header().node_format, Some(NodeFormat::Full4));
+    let trees = file.topology().trees();
+    assert_eq!(trees.iter().map(|(_, tree)| tree.is_wide()).collect::<Vec<_>>(), [false, true]);
+    assert!(tiles.iter().flat_map(|tile| &tile.ray_sets).any(|set| !set.steps.is_empty()));
+    let again = folder.path().join("again.rbt");
+    write(&file, &again).expect("it is written");
+    let (file_again, tiles_again) = read_all(&again).expect("it is read");
+    assert_eq!((file_again.header(), file_again.topology()), (file.header(), file.topology()));
+    assert_eq!(tiles_again, tiles);
+    // Over binary BLASes a TLAS cannot be wide.
+    let mut mixed = file.topology().clone();
+    let blas = mixed.levels.as_ref().expect("two levels").blases[0].nodes.start as usize;
+    mixed.nodes[blas] = TopologyNode::Leaf { first: 0, count: 4 };
+    mixed.validate().expect("both binary");
+    mixed.nodes[0] = TopologyNode::Wide { first: 1, count: 2, leaves: 0 };
+    let refused = mixed.validate().expect_err("the TLAS alone is wide");
+    assert!(refused.contains("the nodes of the TLAS are wide"), "{refused}");
 }
 
 #[test]

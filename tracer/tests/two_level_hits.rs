@@ -9,6 +9,7 @@ use proptest::test_runner::TestRunner;
 use scenes::{Instance, Triangle};
 use tracer::bvh::{self, Bvh, BvhOptions};
 use tracer::two_level::{MaskedInstance, TwoLevel};
+use tracer::wide::short_stack::DRIVER_ENTRIES;
 use tracer::wide::{NodeFormat, WideBvh};
 use tracer::{Hit, PlaneSlack, Query, Ray, RayTriangle, Silent, View, WatertightTriangle};
 use two_level_support::{COSTS, Scene, Space, Verdict, aims, scene, transform, verdict};
@@ -128,6 +129,29 @@ proptest! {
             for structure in &wide {
                 prop_assert_eq!(structure.trace(&ray, Query::Closest, cull_mask, &mut Silent), expected);
                 prop_assert_eq!(structure.trace(&ray, Query::Any, cull_mask, &mut Silent).is_hit(), is_hit);
+            }
+        }
+    }
+
+    #[test]
+    fn a_short_stack_of_any_size_has_the_hits_of_the_binary_stack(
+        scene in scene(transform()), aims in aims(), cull_mask: u8
+    ) {
+        type Blases<const W: usize> = TwoLevel<WatertightTriangle, WideBvh<WatertightTriangle, W>>;
+        let Scene { meshes, instances } = &scene;
+        let binary = TwoLevel::<WatertightTriangle>::build_for(meshes, instances, COSTS).unwrap();
+        let narrow = Blases::<4>::build_with(meshes, instances, COSTS, NodeFormat::Full4).unwrap();
+        let wide = Blases::<8>::build_with(meshes, instances, COSTS, NodeFormat::Adreno8).unwrap();
+        let flattened = scene.flattened();
+        for ray in aims.iter().map(|aim| aim.ray(&flattened)) {
+            let expected = binary.trace(&ray, Query::Closest, cull_mask, &mut Silent);
+            for entries in 0..=DRIVER_ENTRIES {
+                let of = |query| [
+                    narrow.trace_short_stack(entries, &ray, query, cull_mask, &mut Silent),
+                    wide.trace_short_stack(entries, &ray, query, cull_mask, &mut Silent),
+                ];
+                prop_assert_eq!(of(Query::Closest), [expected; 2], "{} entries", entries);
+                prop_assert_eq!(of(Query::Any).map(|hit| hit.is_hit()), [expected.is_hit(); 2]);
             }
         }
     }

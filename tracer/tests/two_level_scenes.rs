@@ -53,8 +53,16 @@ fn rays() -> Vec<Ray> {
     (0..64 * 64).map(ray).collect()
 }
 
-const FORMATS: [Option<NodeFormat>; 4] =
-    [None, Some(NodeFormat::Full4), Some(NodeFormat::Compressed8), Some(NodeFormat::Adreno8)];
+const TRAVERSALS: [Traversal; 8] = [
+    Traversal::TwoLevelStack { format: None },
+    Traversal::TwoLevelStack { format: Some(NodeFormat::Full4) },
+    Traversal::TwoLevelStack { format: Some(NodeFormat::Compressed8) },
+    Traversal::TwoLevelStack { format: Some(NodeFormat::Compressed8Pairs) },
+    Traversal::TwoLevelStack { format: Some(NodeFormat::Adreno8) },
+    Traversal::TwoLevelShortStack { format: NodeFormat::Adreno8, short_stack: 8 },
+    Traversal::TwoLevelShortStack { format: NodeFormat::Adreno8, short_stack: 1 },
+    Traversal::TwoLevelShortStack { format: NodeFormat::Full4, short_stack: 0 },
+];
 
 #[test]
 fn hits_of_turned_and_scaled_instances_are_those_of_the_flattened_scene() {
@@ -64,8 +72,8 @@ fn hits_of_turned_and_scaled_instances_are_those_of_the_flattened_scene() {
         let options = BuildOptions { triangle_test, ..BuildOptions::default() };
         let flat =
             AccelerationStructure::build(&triangles, Traversal::BvhStack, &options).expect("a good scene");
-        for format in FORMATS {
-            let levels = AccelerationStructure::build_two_level(&meshes, &instances, format, &options)
+        for traversal in TRAVERSALS {
+            let levels = AccelerationStructure::build_two_level(&meshes, &instances, traversal, &options)
                 .expect("a good scene");
             let mut hits = 0;
             for ray in rays() {
@@ -73,22 +81,38 @@ fn hits_of_turned_and_scaled_instances_are_those_of_the_flattened_scene() {
                     [&flat, &levels].map(|tree| tree.trace(&ray, Query::Closest, &mut Silent));
                 let any = levels.trace(&ray, Query::Any, &mut Silent);
                 hits += u32::from(found.is_hit());
-                assert_eq!(found.primitive, expected.primitive, "{ray:?} {format:?}: {found:?} {expected:?}");
+                assert_eq!(
+                    found.primitive, expected.primitive,
+                    "{ray:?} {traversal:?}: {found:?} {expected:?}"
+                );
                 assert_eq!(any.is_hit(), expected.is_hit(), "{ray:?}");
                 let near = !found.is_hit() || (found.t - expected.t).abs() <= 1e-5 * expected.t;
-                assert!(near, "{ray:?} {format:?}: {found:?} {expected:?}");
+                assert!(near, "{ray:?} {traversal:?}: {found:?} {expected:?}");
             }
             assert!((1000..4000).contains(&hits), "{hits} hits say little");
         }
     }
 }
 
-fn with_tracer(format: Option<NodeFormat>, check: impl FnOnce(&FrameTracer<'_>)) {
+#[test]
+fn traversals_of_other_structures_and_stacks_that_are_too_long_are_refused() {
+    let (meshes, instances) = scene();
+    let refused = |traversal| {
+        let options = BuildOptions::default();
+        let built = AccelerationStructure::build_two_level(&meshes, &instances, traversal, &options);
+        built.map(|_| ()).expect_err("refused").to_string()
+    };
+    assert!(refused(Traversal::BvhStack).contains("bvh stack walks no two levels"));
+    let long = Traversal::TwoLevelShortStack { format: NodeFormat::Adreno8, short_stack: 65 };
+    assert!(refused(long).contains("a short stack of 65 entries"));
+}
+
+fn with_tracer(traversal: Traversal, check: impl FnOnce(&FrameTracer<'_>)) {
     let (meshes, instances) = scene();
     let triangles = flattened(&meshes, &instances);
     let options = BuildOptions::default();
-    let structure =
-        AccelerationStructure::build_two_level(&meshes, &instances, format, &options).expect("a good scene");
+    let structure = AccelerationStructure::build_two_level(&meshes, &instances, traversal, &options)
+        .expect("a good scene");
     let identity = SceneIdentity { name: "instances".to_owned(), hash: 7 };
     let lights = vec![Vec3::new(0.0, 9.0, 0.0)];
     check(&FrameTracer::new(&structure, &options, &triangles, identity, Rays::List(rays()), lights));
@@ -110,8 +134,8 @@ fn write(tracer: &FrameTracer<'_>, path: &Path, change: impl Fn(&mut Tile)) {
 fn two_levels_come_back_from_a_file_and_steps_into_unknown_instances_do_not() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("instances.rbt");
-    for format in FORMATS {
-        with_tracer(format, |tracer| {
+    for traversal in TRAVERSALS {
+        with_tracer(traversal, |tracer| {
             write(tracer, &path, |_| {});
             let file = TraceFile::open(&path).expect("it is sound");
             assert_eq!((file.header(), file.topology()), (tracer.header(), tracer.topology()));
@@ -146,7 +170,7 @@ fn two_levels_come_back_from_a_file_and_steps_into_unknown_instances_do_not() {
 
 #[test]
 fn links_that_leave_their_tree_or_lead_nowhere_are_refused() {
-    with_tracer(None, |tracer| {
+    with_tracer(Traversal::TwoLevelStack { format: None }, |tracer| {
         let good = tracer.topology();
         assert_eq!(good.validate(), Ok(()));
         let levels = good.levels.clone().expect("two levels");

@@ -3,7 +3,8 @@
 use glam::{Affine3A, Vec3};
 use scenes::{Instance, Triangle};
 use tracer::two_level::{MaskedInstance, SMALL_BLAS_TRIANGLES, TwoLevel, TwoLevelStatistics};
-use tracer::{Observer, Op, Query, Ray};
+use tracer::wide::{NodeFormat, WideBvh};
+use tracer::{Observer, Op, PreparedTriangle, Query, Ray};
 
 const COSTS: [f64; 2] = [1.0, 1.0];
 
@@ -49,8 +50,14 @@ fn overlap_is_the_share_of_volume_in_more_than_one_box() {
     // A small cube within a large one: the volume of the small one counts twice.
     let large = hull(Vec3::ZERO, Vec3::splat(2.0));
     let both = [Instance::identity(0).into(), Instance::identity(1).into()];
-    let share = statistics(&[cube(), large], &both).overlap_share.unwrap();
+    let meshes = [cube(), large];
+    let binary = statistics(&meshes, &both);
+    let share = binary.overlap_share.unwrap();
     assert!((share - 2.0 / 9.0).abs() < 4.0 * OVERLAP_ERROR, "{share}");
+    // How a TLAS rounds its boxes is no matter.
+    type Wide = TwoLevel<PreparedTriangle, WideBvh<PreparedTriangle, 8>>;
+    let wide = Wide::build_with(&meshes, &both, COSTS, NodeFormat::Adreno8).unwrap().statistics();
+    assert_eq!((wide.overlap_share, wide.expected_entries), (binary.overlap_share, binary.expected_entries));
 }
 
 #[test]

@@ -2,8 +2,9 @@
 
 use glam::{Affine3A, Vec3};
 use scenes::{Instance, Triangle};
-use tracer::two_level::{MaskedInstance, TwoLevel};
-use tracer::{Hit, NodeFetch, Observer, Op, Query, Ray, Silent, TopologyNode, WorkCounter};
+use tracer::two_level::{BottomLevel, MaskedInstance, TwoLevel};
+use tracer::wide::{NodeFormat, WideBvh};
+use tracer::{Hit, NodeFetch, Observer, Op, PreparedTriangle, Query, Ray, Silent, TopologyNode, WorkCounter};
 
 const COSTS: [f64; 2] = [1.0, 1.0];
 
@@ -16,7 +17,12 @@ impl Observer for Steps {
     }
 }
 
-fn steps(structure: &TwoLevel, ray: &Ray, query: Query, cull_mask: u8) -> (Hit, Vec<(Op, u32)>) {
+fn steps<T: BottomLevel<PreparedTriangle>>(
+    structure: &TwoLevel<PreparedTriangle, T>,
+    ray: &Ray,
+    query: Query,
+    cull_mask: u8,
+) -> (Hit, Vec<(Op, u32)>) {
     let mut steps = Steps::default();
     let hit = structure.trace(ray, query, cull_mask, &mut steps);
     (hit, steps.0)
@@ -55,6 +61,104 @@ fn a_ray_goes_through_the_tlas_into_each_blas_and_back() {
     let second =
         [(Node, 0), (Node, 1), (Instance, 0), (Node, 6), (Node, 7), (Push, 0), (Primitive, 1), (Pop, 0)];
     assert_eq!(seen, second);
+}
+
+type Wide<const W: usize> = TwoLevel<PreparedTriangle, WideBvh<PreparedTriangle, W>>;
+
+#[test]
+fn in_wide_trees_the_root_knows_the_boxes_of_all_instances() {
+    use Op::{Instance, Node, Pop, Primitive, Push};
+    let far_apart = vec![wall(0.0), wall(100.0)];
+    let meshes = [vec![wall(0.0)], far_apart];
+    let instances = [at(1, Vec3::new(0.0, 0.0, 10.0), 255), at(0, Vec3::ZERO, 255)];
+    let structure = Wide::<8>::build_with(&meshes, &instances, COSTS, NodeFormat::Adreno8).unwrap();
+    // A node of the TLAS, of mesh 0 and of mesh 1: each begins at an even number.
+    let (hit, seen) = steps(&structure, &along_z(), Query::Closest, 255);
+    assert_eq!((hit.t, hit.primitive), (10.0, 2));
+    assert_eq!(seen, [(Node, 0), (Push, 0), (Instance, 1), (Node, 2), (Primitive, 0), (Pop, 0)]);
+    let ray = Ray { origin: Vec3::new(0.2, 0.2, 5.0), ..along_z() };
+    let (hit, seen) = steps(&structure, &ray, Query::Closest, 255);
+    assert_eq!((hit.t, hit.primitive), (5.0, 0));
+    assert_eq!(seen, [(Node, 0), (Instance, 0), (Node, 4), (Push, 0), (Primitive, 1), (Pop, 0)]);
+    assert_eq!(structure.stack_entries(), 7 + 7 + 1);
+    assert_eq!((structure.node_count(), structure.depth()), (3, 1));
+}
+
+#[test]
+fn a_leaf_of_a_wide_tlas_is_an_instance_even_where_all_boxes_are_the_same() {
+    let instances: Vec<_> = (0..20).map(|_| at(0, Vec3::ZERO, 255)).collect();
+    for format in NodeFormat::ALL {
+        let topology = if format.width() == 4 {
+            Wide::<4>::build_with(&[vec![wall(0.0)]], &instances, COSTS, format).unwrap().topology()
+        } else {
+            Wide::<8>::build_with(&[vec![wall(0.0)]], &instances, COSTS, format).unwrap().topology()
+        };
+        topology.validate().unwrap();
+        let (_, tlas) = &topology.trees()[0];
+        let leaves: u32 = tlas
+            .nodes
+            .iter()
+            .map(|node| match *node {
+                TopologyNode::Wide { leaves, .. } => leaves,
+                _ => panic!("{node:?} in a wide TLAS"),
+            })
+            .sum();
+        assert_eq!(leaves, 20, "{format:?}");
+        let mut references = tlas.references.clone();
+        references.sort_unstable();
+        assert_eq!(references, (0..20).collect::<Vec<_>>());
+    }
+}
+
+/// Walls along z in a mesh of more than a node, placed behind each other, past which a ray flies through every box.
+#[test]
+fn a_short_stack_climbs_to_the_root_of_a_blas_and_goes_on_behind_its_instance() {
+    let mesh: Vec<Triangle> = (0..30).map(|i| wall(i as f32)).collect();
+    let instances: Vec<_> = (0..30).map(|i| at(0, Vec3::new(0.0, 0.0, 100.0 * i as f32), 255)).collect();
+    let structure = Wide::<4>::build_with(&[mesh], &instances, COSTS, NodeFormat::Full4).unwrap();
+    let topology = structure.topology();
+    let blas = &topology.levels.as_ref().expect("two levels").blases[0];
+    // Within all boxes and beside all triangles.
+    let ray = Ray { origin: Vec3::new(0.9, 0.9, -10.0), ..along_z() };
+    let walk = |entries: u32| {
+        let mut seen = Steps::default();
+        let hit = structure.trace_short_stack(entries, &ray, Query::Closest, 255, &mut seen);
+        assert!(!hit.is_hit());
+        seen.0
+    };
+    let deep = walk(64);
+    let of = |seen: &[(Op, u32)], op: Op| {
+        seen.iter().filter(|step| step.0 == op).map(|step| step.1).collect::<Vec<_>>()
+    };
+    assert!(of(&deep, Op::Restart).is_empty());
+    // Nearest instance first, each once, whatever the stack has lost.
+    assert_eq!(of(&deep, Op::Instance), (0..30).collect::<Vec<_>>());
+    for entries in 0..8 {
+        let seen = walk(entries);
+        assert_eq!(of(&seen, Op::Instance), of(&deep, Op::Instance), "{entries} entries");
+        assert_eq!(of(&seen, Op::Primitive), of(&deep, Op::Primitive), "{entries} entries");
+        assert!([Op::Push, Op::Pop].iter().all(|&op| of(&seen, op).iter().all(|&slot| slot < entries)));
+        // Each level climbs in its own tree: a parent is fetched again right after.
+        let restarts = seen.windows(2).filter(|pair| pair[0].0 == Op::Restart);
+        assert!(restarts.clone().all(|pair| pair[1] == (Op::Node, pair[0].1)));
+        let in_blas = restarts.clone().filter(|pair| blas.nodes.contains(&pair[0].1)).count();
+        let in_tlas = restarts.count() - in_blas;
+        match entries {
+            0 => assert!(in_blas > 0 && in_tlas > 0, "{in_blas} {in_tlas}"),
+            // Entries of a BLAS push those of the TLAS out, not the other way around.
+            1 => assert!(in_tlas > 0, "{in_blas} {in_tlas}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn places_that_the_format_cannot_hold_are_refused() {
+    let far = [at(0, Vec3::new(-3.39e38, 0.0, 0.0), 255)];
+    let refused = Wide::<8>::build_with(&[vec![wall(0.0)]], &far, COSTS, NodeFormat::Adreno8);
+    let refused = refused.map(|_| ()).expect_err("its origins have 16 bits").to_string();
+    assert!(refused.contains("use another --node-format, or scale the scene"), "{refused}");
+    Wide::<8>::build_with(&[vec![wall(0.0)]], &far, COSTS, NodeFormat::Full8).expect("in f32");
 }
 
 #[test]

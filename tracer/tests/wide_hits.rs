@@ -50,8 +50,64 @@ fn structure(triangles: &[Triangle], format: NodeFormat, test: TriangleTest) -> 
         .expect("the scene is small")
 }
 
+/// Squares of two triangles each, side by side.
+fn sheet(edge: u32) -> Vec<Triangle> {
+    let corner = |x: u32, z: u32| Vec3::new(x as f32, ((x * z) as f32).sin(), z as f32);
+    let cells = (0..edge).flat_map(|x| (0..edge).map(move |z| (x, z)));
+    let square = |(x, z)| {
+        let [a, b, c, d] = [(x, z), (x + 1, z), (x, z + 1), (x + 1, z + 1)].map(|(x, z)| corner(x, z));
+        [Triangle { v: [a, b, c] }, Triangle { v: [b, d, c] }]
+    };
+    cells.flat_map(square).collect()
+}
+
+#[test]
+fn most_triangles_of_a_sheet_are_in_pairs() {
+    let triangles = sheet(20);
+    let tree =
+        WideBvh::<PreparedTriangle, 8>::build_for(&triangles, [3.0, 1.5], NodeFormat::Compressed8Pairs);
+    let tree = tree.expect("coordinates are small");
+    let share = 2.0 * tree.seconds().len() as f64 / triangles.len() as f64;
+    assert!(share > 0.5, "{share}");
+    let alone = WideBvh::<PreparedTriangle, 8>::build_for(&triangles, [3.0, 1.5], NodeFormat::Compressed8);
+    assert!(alone.expect("coordinates are small").seconds().is_empty());
+}
+
+#[test]
+fn positions_that_cannot_be_second_are_refused() {
+    let triangles = sheet(4);
+    let traversal = Traversal::WideStack { format: NodeFormat::Compressed8Pairs };
+    let good =
+        AccelerationStructure::build(&triangles, traversal, &BuildOptions::default()).unwrap().topology();
+    assert_eq!(good.validate(), Ok(()));
+    assert!(!good.seconds.is_empty());
+    let references = good.references.len() as u32;
+    for seconds in [vec![0], vec![references], vec![3, 3], vec![5, 2], vec![4, 5]] {
+        let bad = Topology { seconds: seconds.clone(), ..good.clone() };
+        let refused = bad.validate().expect_err("no such pairs");
+        assert!(refused.contains("cannot be second to the one before"), "{seconds:?}: {refused}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn pairs_share_an_edge_and_leave_the_tree_as_it_is(
+        triangles in prop_oneof![soup(), (1_u32..8).prop_map(sheet)]
+    ) {
+        let build = |format| WideBvh::<PreparedTriangle, 8>::build_for(&triangles, [3.0, 1.5], format).unwrap();
+        let (alone, pairs) = (build(NodeFormat::Compressed8), build(NodeFormat::Compressed8Pairs));
+        prop_assert_eq!(pairs.validate(&triangles), Ok(()));
+        let [alone_shape, shape] = [Topology::of_wide(&alone), Topology::of_wide(&pairs)];
+        prop_assert_eq!(shape.validate(), Ok(()));
+        prop_assert_eq!(alone_shape.nodes, shape.nodes);
+        for &second in pairs.seconds() {
+            let [a, b] = [second - 1, second].map(|at| triangles[pairs.references()[at as usize] as usize].v);
+            let shared = b.iter().filter(|corner| a.contains(corner)).count();
+            prop_assert!(shared >= 2, "{:?} {:?}", a, b);
+        }
+    }
 
     #[test]
     fn every_format_finds_the_hit_of_the_binary_stack(triangles in soup(), rays in rays(), shift in 0..3_usize) {

@@ -2,6 +2,7 @@
 
 use super::alpha::{AlphaCosts, AlphaFile};
 use super::gpu::Gpu;
+use super::level_costs::{TwoLevelCosts, TwoLevelFile};
 use super::reflections::{ReflectionCosts, ReflectionsFile, reflection_estimates, reflections};
 use super::sourced::{File, Tag};
 use crate::error::Error;
@@ -36,8 +37,7 @@ pub struct ShaderCosts {
     reflections: Option<ReflectionCosts>,
     reflection_estimates: Vec<String>,
     /// Missing in tables that were written before there were two levels.
-    two_level: Option<TwoLevelCosts>,
-    two_level_estimates: Vec<String>,
+    pub(super) two_level: Option<TwoLevelCosts>,
     /// Missing in tables that were written before there were alpha tests.
     alpha: Option<AlphaCosts>,
     alpha_estimates: Vec<String>,
@@ -46,6 +46,8 @@ pub struct ShaderCosts {
     /// Missing in tables that were written before there was such an instruction.
     ray_intersection: Option<TraversalCosts>,
     ray_intersection_estimates: Vec<String>,
+    /// Missing in tables that were written before two levels were walked around it.
+    pub(super) ray_intersection_two_level: Option<TwoLevelCosts>,
     bvh_stack: TraversalCosts,
     bvh_parent_link: TraversalCosts,
     bvh_restart_trail: TraversalCosts,
@@ -116,15 +118,6 @@ pub struct RayQueryCosts {
     pub start: Cost,
 }
 
-/// What a traversal of two levels costs beside the steps in either.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct TwoLevelCosts {
-    /// Registers of four words per lane that hold the ray in the world meanwhile.
-    pub registers: u32,
-    /// [`tracer::Op::Instance`]: the ray into the space of the mesh, and back.
-    pub instance: Cost,
-}
-
 /// Costs of a traversal's steps, by [`tracer::Op`], without address arithmetic and loop control.
 #[derive(Clone, Copy, Debug)]
 pub struct TraversalCosts {
@@ -156,6 +149,7 @@ struct CostsFile {
     alpha: Option<AlphaFile>,
     ray_query: RayQueryFile,
     ray_intersection: Option<RayIntersectionFile>,
+    ray_intersection_two_level: Option<TwoLevelFile>,
     bvh_stack: TraversalFile,
     bvh_parent_link: TraversalFile,
     bvh_restart_trail: TraversalFile,
@@ -209,13 +203,6 @@ pub(super) struct TaggedCostFile {
     efu: Spanned<u32>,
     source: Spanned<String>,
     pub(super) tag: Tag,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TwoLevelFile {
-    registers: TaggedRegistersFile,
-    instance: TaggedCostFile,
 }
 
 #[derive(Deserialize)]
@@ -299,21 +286,12 @@ impl ShaderCosts {
             }),
             None => None,
         };
-        let (mut two_level, mut two_level_estimates) = (None, Vec::new());
-        if let Some(TwoLevelFile { registers, instance }) = &raw.two_level {
-            let TaggedRegistersFile { value, source, tag } = registers;
-            let keys = [("two-level.registers", *tag), ("two-level.instance", instance.tag)];
-            two_level_estimates.extend(
-                keys.into_iter().filter(|(_, tag)| *tag == Tag::Estimate).map(|(key, _)| key.to_owned()),
-            );
-            two_level = Some(TwoLevelCosts {
-                registers: read_registers(&file, "two-level", value, source)?,
-                instance: instance.read(&file, "two-level.instance")?,
-            });
-        }
         let (alpha, alpha_estimates) = match &raw.alpha {
             Some(raw) => (Some(raw.read(&file)?), raw.estimates()),
             None => (None, Vec::new()),
+        };
+        let two_level = |name: &str, raw: &Option<TwoLevelFile>| {
+            raw.as_ref().map(|raw| raw.read(&file, name)).transpose()
         };
         let mut ray_intersection_estimates = Vec::new();
         let ray_intersection = raw
@@ -324,8 +302,11 @@ impl ShaderCosts {
         Ok(Self {
             ray_intersection,
             ray_intersection_estimates,
-            two_level,
-            two_level_estimates,
+            two_level: two_level("two-level", &raw.two_level)?,
+            ray_intersection_two_level: two_level(
+                "ray-intersection-two-level",
+                &raw.ray_intersection_two_level,
+            )?,
             alpha,
             alpha_estimates,
             secondary,
@@ -393,21 +374,6 @@ impl ShaderCosts {
         })
     }
 
-    /// Costs of two levels beside those of the traversal; nothing where a trace has one.
-    ///
-    /// # Errors
-    /// When the trace has two levels and the table no costs of them.
-    pub(crate) fn two_level(&self, header: &TraceHeader) -> Result<TwoLevelCosts, Error> {
-        if header.accel != Accel::TwoLevel {
-            return Ok(TwoLevelCosts::default());
-        }
-        self.two_level.ok_or_else(|| Error::Trace {
-            scene: header.scene.clone(),
-            problem: "it has two levels, which the table of shader costs does not know".to_owned(),
-            remedy: "add a table [two-level] to it, as configs/costs.toml has".to_owned(),
-        })
-    }
-
     /// Costs of alpha tests; nothing where no shader makes any.
     ///
     /// # Errors
@@ -428,12 +394,7 @@ impl ShaderCosts {
         &self.alpha_estimates
     }
 
-    /// Keys of the costs of [`Self::two_level`] that are estimates.
-    pub(crate) fn two_level_estimates(&self) -> &[String] {
-        &self.two_level_estimates
-    }
-
-    /// A node step in a TLAS, which is a binary BVH.
+    /// A node step in a binary TLAS.
     pub(crate) fn tlas_node(&self) -> Cost {
         self.bvh_stack.node
     }
@@ -463,10 +424,7 @@ impl ShaderCosts {
     /// # Errors
     /// As [`Self::traversal`].
     pub(crate) fn of_shader(&self, header: &TraceHeader, gpu: &Gpu) -> Result<TraversalCosts, Error> {
-        match gpu.ray_unit_for(header) {
-            Some(unit) if !unit.walks() => self.around_instruction(header),
-            _ => self.traversal(header),
-        }
+        if gpu.has_instruction_for(header) { self.around_instruction(header) } else { self.traversal(header) }
     }
 
     /// Keys of the costs around a ray unit's instruction that are estimates.
@@ -494,12 +452,12 @@ impl ShaderCosts {
             Some(NodeFormat::Full8) => self.wide_full_8,
             Some(NodeFormat::Adreno8) => self.wide_adreno_8,
             // Without a format there is no layout either, which is refused.
-            Some(NodeFormat::Compressed8) | None => self.wide_compressed_8,
+            Some(NodeFormat::Compressed8 | NodeFormat::Compressed8Pairs) | None => self.wide_compressed_8,
         };
         match (header.accel, header.traversal.as_str()) {
             (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(self.bvh_stack),
             (Accel::WideBvh | Accel::TwoLevel, "stack") => Ok(wide),
-            (Accel::WideBvh, "short-stack") => {
+            (Accel::WideBvh | Accel::TwoLevel, "short-stack") => {
                 let TraversalCosts { restart, push, pop, .. } = self.around_instruction(header)?;
                 Ok(TraversalCosts { restart, push, pop, ..wide })
             }
@@ -514,7 +472,7 @@ impl ShaderCosts {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no operation counts", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack or short-stack"
                     .to_owned(),
             }),
         }

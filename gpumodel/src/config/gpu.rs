@@ -421,6 +421,11 @@ impl Gpu {
         self.ray_unit.as_ref().filter(|unit| unit.takes(header))
     }
 
+    /// Whether its ray unit tests the nodes of a trace at an instruction of the shader, which walks.
+    pub(crate) fn has_instruction_for(&self, header: &TraceHeader) -> bool {
+        self.ray_unit_for(header).is_some_and(|unit| !unit.walks())
+    }
+
     /// Whether its driver has shaders walk the rays of this technique, although it has a ray unit.
     pub fn emulates(&self, technique: &Technique) -> bool {
         let sends_hit_queries = technique.reflections.as_ref().is_some_and(Reflections::sends_hit_queries);

@@ -7,6 +7,7 @@ mod gpu;
 mod gpu_checks;
 mod gpu_file;
 mod gpu_presets;
+mod level_costs;
 mod ray_pipeline;
 mod ray_unit;
 mod reflection_technique;

@@ -6,10 +6,10 @@ use crate::config::{
     has_secondary,
 };
 use crate::counters::Pass;
-use crate::layout::{NodeRecords, PrimitiveOrder};
+use crate::layout::{Instances, NodeRecords, PrimitiveOrder};
 use crate::reflections::pipeline::{Binding, Pipeline};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
-use tracer::{Accel, AlphaMode, AlphaTests, LoopStructure, MicromapFormat, RayKind, TraceHeader};
+use tracer::{Accel, AlphaMode, AlphaTests, LoopStructure, MicromapFormat, NodeFetch, RayKind, TraceHeader};
 
 /// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.
 const COMPILED_TRAIL_BITS: u32 = 32;
@@ -62,6 +62,16 @@ pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &Re
         PrimitiveOrder::Indexed => {
             sentences.push("Triangles lie in file order and are found through an index list.".to_owned());
         }
+    }
+    if gpu.ray_unit_for(header).is_none()
+        && let Some(unit) = &gpu.ray_unit
+    {
+        let needs = if unit.walks() {
+            "walks wide BVHs alone, of one or two levels: --accel wide-bvh, or --accel two-level with --node-format"
+        } else {
+            "is an instruction that tests nodes of adreno-8 and gives no distances: --accel wide-bvh or two-level with --traversal short-stack"
+        };
+        sentences.push(format!("The ray unit of the GPU has no part in it: it {needs}."));
     }
     if let Some(unit) = gpu.ray_unit_for(header) {
         let together = match unit.scheduling {
@@ -335,14 +345,24 @@ fn alpha_assumptions(
 }
 
 fn level_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
-    let layout = "Records of instances, 128 bytes each, lie behind the TLAS, and each BLAS begins at a multiple of 256 bytes; a ray reads \
-                  64 bytes of an instance's record.";
-    let estimates = config.costs.two_level_estimates();
-    let cost = if config.gpu.ray_unit_for(header).is_some() {
-        Some("The ray unit transforms rays at no cost of its own, and walks a binary TLAS, as the trace has it.".to_owned())
+    let Instances { layout, leaf_bytes, read_bytes } = Instances::of(header);
+    let read_bytes = leaf_bytes + read_bytes;
+    let layout = format!(
+        "Records of instances, {} bytes each, lie behind the TLAS, and each BLAS begins at a multiple of 256 bytes; a ray reads \
+         {read_bytes} bytes of an instance's record.",
+        layout.bytes
+    );
+    let cost = if config.gpu.ray_unit_for(header).is_some_and(RayUnit::walks) {
+        let tlas = match (header.node_fetch, header.node_format) {
+            (NodeFetch::Pair, Some(_)) => ", and walks a binary TLAS, as the trace has it",
+            _ => "",
+        };
+        Some(format!("The ray unit transforms rays at no cost of its own{tlas}."))
     } else {
-        let said = format!("Estimated figures of the cost table, for two levels: {}.", estimates.join(", "));
-        (!estimates.is_empty()).then_some(said)
+        let costs = config.costs.two_level(header, &config.gpu).ok().flatten();
+        costs.filter(|costs| !costs.estimates.is_empty()).map(|costs| {
+            format!("Estimated figures of the cost table, for two levels: {}.", costs.estimates.join(", "))
+        })
     };
-    std::iter::once(layout.to_owned()).chain(cost).collect()
+    std::iter::once(layout).chain(cost).collect()
 }

@@ -13,7 +13,7 @@
 use super::VEC4_BYTES;
 use super::alpha::{Mask, Micromaps};
 use super::instanced::InstancedTriangles;
-use super::node::NodeLayout;
+use super::node::Instances;
 use super::order::NodeOrder;
 use super::primitive::TriangleRecords;
 use super::records::PrimitiveOrder;
@@ -22,6 +22,7 @@ use crate::config::{RayUnit, Technique, VECTOR_BYTES};
 use crate::error::Error;
 use crate::replay::ReplayConfig;
 use cachesim::LineSize;
+use tracer::wide::NodeFormat;
 use tracer::{TILE_RAYS, TileSource, Topology, TraceHeader};
 
 /// Vertices of a triangle without an index list.
@@ -145,7 +146,12 @@ fn order(header: &TraceHeader, config: &ReplayConfig) -> PrimitiveOrder {
     config.primitive_order.unwrap_or_else(|| PrimitiveOrder::of(header.accel))
 }
 
-/// Records of triangles.
+/// Whether triangles of a leaf that share an edge are in one record.
+pub(crate) fn in_pairs(header: &TraceHeader) -> bool {
+    header.node_format.is_some_and(NodeFormat::has_pairs)
+}
+
+/// Records of triangles, where each has one.
 fn records(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
     match order(header, config) {
         PrimitiveOrder::Leaf => topology.references.len() as u64,
@@ -155,7 +161,8 @@ fn records(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> 
 
 /// Bytes that normals take in the records of triangles and vertices, or would take where they are left out.
 pub(crate) fn normal_bytes(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> u64 {
-    let of_record = config.primitive_layout.records().bytes() - TriangleRecords::WITHOUT_NORMALS.bytes();
+    let record = |with_normals| TriangleRecords::of(config.primitive_layout, in_pairs(header), with_normals);
+    let of_record = record(true).bytes() - record(false).bytes();
     let of_vertices = config.technique.raster.map_or(0, |_| CORNERS * u64::from(VECTOR_BYTES));
     records(header, topology, config) * u64::from(of_record)
         + u64::from(topology.stored_triangles()) * of_vertices
@@ -215,6 +222,17 @@ pub(crate) struct Buffers {
     pub(crate) end: u64,
 }
 
+/// Of each position in the leaves, the record: the second triangle of a pair has that of the first.
+fn pair_records(topology: &Topology) -> Vec<u32> {
+    let mut seconds = topology.seconds.iter().copied().peekable();
+    let mut joined = 0;
+    let record = |position: u32| {
+        joined += u32::from(seconds.next_if_eq(&position).is_some());
+        position - joined
+    };
+    (0..topology.references.len() as u32).map(record).collect()
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Records {
     base: u32,
@@ -247,11 +265,19 @@ impl Buffers {
             ));
         }
         let structure = TreePlaces::new(header, topology, config)?;
-        let primitive =
-            if header.normals { config.primitive_layout.records() } else { TriangleRecords::WITHOUT_NORMALS };
+        let in_pairs = in_pairs(header);
+        let primitive = TriangleRecords::of(config.primitive_layout, in_pairs, header.normals);
         let leaf_order = order(header, config) == PrimitiveOrder::Leaf;
+        if in_pairs && !leaf_order {
+            return Err(fail(
+                "its triangles are in pairs by leaves, and an index list names them one by one".to_owned(),
+                "use triangles in the order of the leaves",
+            ));
+        }
         let references = topology.references.len() as u64;
         let records = records(header, topology, config);
+        let joined = if in_pairs { topology.seconds.len() as u64 } else { 0 };
+        let vertex_records = records - joined;
 
         let mut next = 0_u64;
         let mut place = |bytes: u64| {
@@ -261,7 +287,7 @@ impl Buffers {
         };
         let structure_bytes = structure.total_bytes;
         let node_base = place(structure_bytes);
-        let vertex_base = place(records * u64::from(primitive.vertex_bytes));
+        let vertex_base = place(vertex_records * u64::from(primitive.vertex_bytes));
         let split = primitive.normal_bytes > 0;
         let normal_base = place(records * u64::from(primitive.normal_bytes));
         let index_bytes = if leaf_order { 0 } else { references * 4 };
@@ -289,7 +315,7 @@ impl Buffers {
         let micromaps = Micromaps::new(header, topology, instanced.as_ref(), &mut place);
         let sizes = BufferBytes {
             node: structure_bytes,
-            primitive: records * u64::from(primitive.vertex_bytes),
+            primitive: vertex_records * u64::from(primitive.vertex_bytes),
             index: index_bytes,
             normal: records * u64::from(primitive.normal_bytes),
             stack: stack_stride * u64::from(warps),
@@ -311,23 +337,32 @@ impl Buffers {
         let of_nodes = |(bytes, stride): (u32, u32)| reads(bytes, stride, line);
         let address = |place: Option<u64>| place.map_or(NOWHERE, |bytes| vec4(node_base + bytes));
         let (first_instance, instances) = structure.instances;
+        let Instances { layout: instance, leaf_bytes, read_bytes: instance_bytes } = Instances::of(header);
         let tree = TreeBuffers {
             reads: of_nodes(structure.bytes),
             tlas_reads: of_nodes(structure.tlas_bytes),
-            instance_reads: of_nodes((NodeLayout::INSTANCE_READ_BYTES, NodeLayout::INSTANCE.bytes)),
-            instances: (vec4(node_base + first_instance), instances),
+            instance_reads: if unit_walks {
+                of_nodes((instance_bytes, instance.bytes))
+            } else {
+                Reads::new(instance_bytes, instance.bytes, line)
+            },
+            instance_leaf: (leaf_bytes > 0)
+                .then(|| (of_nodes((leaf_bytes, instance.bytes)), vec4(u64::from(leaf_bytes)))),
+            instances: (vec4(node_base + first_instance), instances, vec4(u64::from(instance.bytes))),
             line_shift: line.log2() - VEC4_BYTES.ilog2(),
             stack_line_shift: private_line.log2(),
             stack_entries,
             nodes: structure.nodes.into_iter().map(address).collect(),
         };
         let (record_of_position, record_of_triangle) = if leaf_order {
+            let of_position = if in_pairs { pair_records(topology) } else { Vec::new() };
             let mut records = vec![NOWHERE; topology.stored_triangles() as usize];
-            for (position, &triangle) in (0..).zip(&topology.references) {
+            for (position, &triangle) in (0_u32..).zip(&topology.references) {
                 let record = &mut records[triangle as usize];
-                *record = position.min(*record);
+                let shared = of_position.get(position as usize).filter(|_| !split);
+                *record = shared.map_or(position, |&shared| shared).min(*record);
             }
-            (Vec::new(), records)
+            (of_position, records)
         } else {
             (topology.references.clone(), Vec::new())
         };
@@ -338,7 +373,8 @@ impl Buffers {
         } else {
             (BufferKind::Primitive, vertex_base, stride)
         };
-        let intersection = TriangleRecords::INTERSECTION;
+        let intersection =
+            if in_pairs { 0..TriangleRecords::PAIR_BYTES } else { TriangleRecords::INTERSECTION };
         Ok(Self {
             structure_bytes,
             sizes,

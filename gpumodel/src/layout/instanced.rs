@@ -43,7 +43,7 @@ mod tests {
             nodes: vec![TopologyNode::Leaf { first: 0, count }],
             references: (0..count).collect(),
             triangles: count,
-            levels: None,
+            ..Topology::default()
         };
         let meshes = vec![1, 0, 2, 0, 1, 2];
         let tlas = Topology { references: (0..6).collect(), triangles: 6, ..leaf(6) };

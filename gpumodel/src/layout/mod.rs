@@ -11,8 +11,9 @@ mod tree;
 
 pub use buffers::BufferBytes;
 pub(crate) use buffers::{
-    BufferKind, Buffers, CORNERS, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES, normal_bytes,
+    BufferKind, Buffers, CORNERS, PIXEL_BYTES, Places, Reads, STACK_ENTRY_BYTES, in_pairs, normal_bytes,
 };
+pub(crate) use node::Instances;
 pub use node::{Field, NodeLayout};
 pub use order::NodeOrder;
 pub use primitive::{PrimitiveLayout, TriangleRecords};

@@ -7,7 +7,30 @@
 
 use crate::error::Error;
 use tracer::wide::NodeFormat;
-use tracer::{Accel, TraceHeader};
+use tracer::{Accel, NodeFetch, TraceHeader};
+
+/// Records of the instances of a two-level structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Instances {
+    /// Their layout.
+    pub(crate) layout: NodeLayout,
+    /// Bytes of the leaf that names the instance, from the beginning: it is read first, and tells where the rest is. 0 without one.
+    pub(crate) leaf_bytes: u32,
+    /// Bytes that a traversal reads behind that.
+    pub(crate) read_bytes: u32,
+}
+
+impl Instances {
+    /// Those that a trace's traversal reads.
+    pub(crate) fn of(header: &TraceHeader) -> Self {
+        match (header.node_fetch, header.node_format) {
+            (NodeFetch::Single, Some(NodeFormat::Adreno8)) => {
+                Self { layout: NodeLayout::INSTANCE_ADRENO_8, leaf_bytes: 64, read_bytes: 64 }
+            }
+            _ => Self { layout: NodeLayout::INSTANCE, leaf_bytes: 0, read_bytes: 64 },
+        }
+    }
+}
 
 /// A field of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,8 +169,7 @@ impl NodeLayout {
         &[field("first reference", 0, 4), field("reference count", 4, 4), field("unused", 8, 8)],
     );
 
-    /// Instance of a two-level structure: Mesa's `radv_bvh_instance_node`, 128 bytes; the descriptors of Adreno's driver have as many and
-    /// the same content. What a traversal needs is the first half.
+    /// Instance of a two-level structure: Mesa's `radv_bvh_instance_node`, 128 bytes. What a traversal needs is the first half.
     pub const INSTANCE: Self = Self::checked(
         "instance",
         128,
@@ -161,8 +183,25 @@ impl NodeLayout {
             field("object to world, 3x4", 80, 48),
         ],
     );
-    /// Bytes of [`Self::INSTANCE`] that a traversal reads, from its beginning.
-    pub const INSTANCE_READ_BYTES: u32 = 64;
+    /// Instance below a TLAS of adreno-8 nodes: Mesa's `tu_leaf_node`, which holds the box and the mask for the instruction that tests nodes, and
+    /// its `tu_instance_descriptor`, of which a shader needs the first half.
+    pub const INSTANCE_ADRENO_8: Self = Self::checked(
+        "instance adreno-8",
+        192,
+        &[
+            field("instance id", 0, 4),
+            field("box", 4, 24),
+            field("mask, flags", 28, 4),
+            field("reserved", 32, 28),
+            field("types", 60, 4),
+            field("BLAS", 64, 8),
+            field("custom index", 72, 4),
+            field("shader binding table offset, flags", 76, 4),
+            field("world to object, 3x4", 80, 48),
+            field("BLAS offset, reserved", 128, 16),
+            field("object to world, 3x4", 144, 48),
+        ],
+    );
 
     /// A layout whose fields follow each other and fill whole vec4 loads.
     const fn checked(name: &'static str, bytes: u32, fields: &'static [Field]) -> Self {
@@ -177,7 +216,7 @@ impl NodeLayout {
         Self { name, bytes, fields }
     }
 
-    /// The record that a trace's traversal reads; of two levels, that of its BLASes. A TLAS has that of a BVH.
+    /// The record that a trace's traversal reads; of two levels, that of its BLASes. A TLAS whose nodes are fetched in pairs has that of a BVH.
     ///
     /// # Errors
     /// When the trace names a traversal that no layout is known for.
@@ -186,10 +225,10 @@ impl NodeLayout {
             (Accel::Bvh, "stack" | "restart-trail") => Ok(Self::BVH),
             (Accel::TwoLevel, "stack") if header.node_format.is_none() => Ok(Self::BVH),
             (Accel::Bvh, "parent-link") => Ok(Self::BVH_PARENT_LINK),
-            (Accel::WideBvh | Accel::TwoLevel, "stack") | (Accel::WideBvh, "short-stack") => match header.node_format {
+            (Accel::WideBvh | Accel::TwoLevel, "stack" | "short-stack") => match header.node_format {
                 Some(NodeFormat::Full4) => Ok(Self::WIDE_FULL_4),
                 Some(NodeFormat::Full8) => Ok(Self::WIDE_FULL_8),
-                Some(NodeFormat::Compressed8) => Ok(Self::WIDE_COMPRESSED_8),
+                Some(NodeFormat::Compressed8 | NodeFormat::Compressed8Pairs) => Ok(Self::WIDE_COMPRESSED_8),
                 Some(NodeFormat::Adreno8) => Ok(Self::WIDE_ADRENO_8),
                 None => Err(Error::Trace {
                     scene: header.scene.clone(),
@@ -203,7 +242,7 @@ impl NodeLayout {
             (accel, other) => Err(Error::Trace {
                 scene: header.scene.clone(),
                 problem: format!("its {} traversal '{other}' has no node layout", accel.name()),
-                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack"
+                remedy: "expected bvh stack, parent-link or restart-trail, wide-bvh stack or short-stack, kd stack, restart, push-down or backtrack, grid dda, or two-level stack or short-stack"
                     .to_owned(),
             }),
         }

@@ -8,6 +8,8 @@
 //!
 //! Where normals are left out, all three are `v0 p v1 p v2 p`, 48 bytes, which both read.
 //!
+//! Where triangles of a leaf that share an edge are in pairs, a pair or a triangle alone has a record of 64 bytes, and normals are apart.
+//!
 //! That a triangle has three normals of its own is our reading of "the first normal is stored in the paddings".
 
 use std::ops::Range;
@@ -69,6 +71,23 @@ impl TriangleRecords {
 
     /// Bytes of the first record that an intersection reads.
     pub const INTERSECTION: Range<u32> = 0..48;
+
+    /// Bytes of a record of a pair of triangles, all of which an intersection reads: `v0 p v1 p v2 p v3 p`, and in the paddings which corners and
+    /// numbers its triangles have. A triangle without a partner has a record of its own. AMD's GPURT has as many bytes for as much.
+    pub const PAIR_BYTES: u32 = 64;
+
+    /// Of a frame's triangles: in pairs or each by itself, with normals or without. Normals of pairs are in a buffer of their own, whatever
+    /// the layout, since the triangles of a pair may have different ones where they meet.
+    pub(crate) fn of(layout: PrimitiveLayout, in_pairs: bool, with_normals: bool) -> Self {
+        match (in_pairs, with_normals) {
+            (false, true) => layout.records(),
+            (false, false) => Self::WITHOUT_NORMALS,
+            (true, true) => Self { vertex_bytes: Self::PAIR_BYTES, ..PrimitiveLayout::Split.records() },
+            (true, false) => {
+                Self { vertex_bytes: Self::PAIR_BYTES, normal_bytes: 0, shading: 0..Self::PAIR_BYTES }
+            }
+        }
+    }
 
     /// Bytes of both records.
     pub fn bytes(&self) -> u32 {

@@ -1,12 +1,11 @@
 //! Where the tree and the stacks lie, which no choice of how triangles lie moves.
 
-use super::VEC4_BYTES;
 use super::buffers::{NOWHERE, Reads, STACK_ENTRY_BYTES};
-use super::node::NodeLayout;
+use super::node::{Instances, NodeLayout};
 use super::records::NodeRecords;
 use crate::error::Error;
 use crate::replay::ReplayConfig;
-use tracer::{Topology, TopologyNode, TraceHeader};
+use tracer::{NodeFetch, Topology, TopologyNode, TraceHeader};
 
 /// The addresses that a traversal reads between triangles, in units of 16 bytes unless they are lines. Variants of a frame in which
 /// these are equal ask the same of memory there.
@@ -17,6 +16,8 @@ pub(crate) struct TreeBuffers {
     /// Of a node's record in a TLAS, and of an instance's.
     pub(crate) tlas_reads: Reads,
     pub(crate) instance_reads: Reads,
+    /// Of the leaf before it, where there is one, and how long that is, in 16 bytes.
+    pub(crate) instance_leaf: Option<(Reads, u32)>,
     /// Lines of a load are its address shifted right by this.
     pub(crate) line_shift: u32,
     /// As `line_shift`, of private memory, in bytes.
@@ -24,8 +25,8 @@ pub(crate) struct TreeBuffers {
     /// Entries of a lane's stack in memory; 0 without one.
     pub(crate) stack_entries: u32,
     pub(super) nodes: Vec<u32>,
-    /// Address of the first instance's record, and the number of these.
-    pub(super) instances: (u32, u32),
+    /// Address of the first instance's record, the number of these, and from record to record.
+    pub(super) instances: (u32, u32, u32),
 }
 
 impl TreeBuffers {
@@ -41,11 +42,21 @@ impl TreeBuffers {
         if in_tlas { self.tlas_reads } else { self.reads }
     }
 
+    /// Loads of an instance's record, and of its leaf.
+    pub(crate) fn instance_loads(&self) -> u32 {
+        self.instance_reads.loads + self.instance_leaf.map_or(0, |(reads, _)| reads.loads)
+    }
+
+    /// Bytes that these read.
+    pub(crate) fn instance_bytes(&self) -> u32 {
+        self.instance_reads.bytes() + self.instance_leaf.map_or(0, |(reads, _)| reads.bytes())
+    }
+
     /// Address of an instance's record.
     #[inline(always)]
     pub(crate) fn instance(&self, instance: u32) -> Option<u32> {
-        let (first, count) = self.instances;
-        (instance < count).then(|| first + instance * (NodeLayout::INSTANCE.bytes / VEC4_BYTES as u32))
+        let (first, count, stride) = self.instances;
+        (instance < count).then(|| first + instance * stride)
     }
 
     /// Line of a lane's stack entry, counted from the first line of its warp's stacks.
@@ -95,7 +106,10 @@ impl TreePlaces {
             all.add(0, topology, bytes.1, config);
             return Ok(all);
         };
-        all.tlas_bytes = config.node_records.bytes(header, &NodeLayout::BVH)?;
+        // Below a binary TLAS, whose nodes are fetched in pairs, BLASes may be wide.
+        if header.node_fetch == NodeFetch::Pair {
+            all.tlas_bytes = config.node_records.bytes(header, &NodeLayout::BVH)?;
+        }
         for (number, (root, tree)) in topology.trees().iter().enumerate() {
             all.align();
             if number > 0 {
@@ -105,7 +119,7 @@ impl TreePlaces {
             all.add(*root, tree, all.tlas_bytes.1, config);
             all.align();
             all.instances = (all.total_bytes, levels.meshes.len() as u32);
-            all.total_bytes += levels.meshes.len() as u64 * u64::from(NodeLayout::INSTANCE.bytes);
+            all.total_bytes += levels.meshes.len() as u64 * u64::from(Instances::of(header).layout.bytes);
         }
         Ok(all)
     }

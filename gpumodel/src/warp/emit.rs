@@ -442,7 +442,16 @@ impl Part<'_> {
     #[inline(always)]
     fn instance(&mut self, step: WarpStep<'_>) -> Result<(), String> {
         let tree = &self.program.buffers.tree;
-        self.locate(step.records.iter().copied(), |instance| tree.instance(instance))
+        let (mut begin, instances) = (0, step.records.iter().copied());
+        if let Some((leaf, leaf_vec4s)) = tree.instance_leaf {
+            self.locate(instances.clone(), |instance| tree.instance(instance))
+                .map_err(|instance| missing("instance", instance))?
+                .read_records(BufferKind::Node, leaf, step.lanes);
+            self.end_turn(true);
+            begin = leaf_vec4s;
+        }
+        self.by_ray_unit &= !self.program.around_instruction;
+        self.locate(instances, |instance| Some(tree.instance(instance)? + begin))
             .map_err(|instance| missing("instance", instance))?
             .read_records(BufferKind::Node, tree.instance_reads, step.lanes);
         self.end_turn(true);
@@ -475,7 +484,10 @@ impl Part<'_> {
 
     #[inline(always)]
     fn primitive(&mut self, step: WarpStep<'_>) -> Result<(), String> {
-        let (buffers, active) = (&self.program.buffers, step.lanes);
+        let (buffers, active) = (&self.program.buffers, step.lanes - step.root_lanes);
+        if !self.program.takes_turn(step) {
+            return Ok(());
+        }
         if buffers.has_index_list() {
             let lines = step.records.iter().map(|&position| buffers.index_line(position));
             let access = Access { kind: BufferKind::Index, write: false, bytes: INDEX_BYTES, repeats: 1 };

@@ -1,6 +1,6 @@
 //! How the nodes of a structure are fetched where it has two levels, and where it has one.
 
-use tracer::{Topology, TraceHeader};
+use tracer::{NodeFetch, Topology, TraceHeader};
 
 /// Which nodes are of the TLAS, which have records of another kind than those of the TLAS, and which are fetched without a sibling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub(crate) struct Levels {
     tlas_nodes: u32,
     /// Bits of an id that are 0 for a root alone.
     root_mask: u32,
-    /// Wide nodes begin here where the TLAS above them is binary.
+    /// Wide nodes begin here where the TLAS above them is binary, as in traces from before a TLAS could be wide.
     wide_from: u32,
 }
 
@@ -18,7 +18,8 @@ impl Levels {
         let Some(levels) = &topology.levels else {
             return Self { tlas_nodes: 0, root_mask: u32::MAX, wide_from: u32::MAX };
         };
-        let wide_from = header.node_format.map_or(u32::MAX, |_| levels.tlas_nodes);
+        let is_mixed = header.node_format.is_some() && header.node_fetch == NodeFetch::Pair;
+        let wide_from = if is_mixed { levels.tlas_nodes } else { u32::MAX };
         Self { tlas_nodes: levels.tlas_nodes, root_mask: 1, wide_from }
     }
 

@@ -4,6 +4,7 @@ mod distinct;
 mod emit;
 mod levels;
 mod lockstep;
+mod pairs;
 mod prefixes;
 mod program;
 mod ray_unit;

@@ -5,12 +5,13 @@
 //! the lane begins with the position and normal that it reads back.
 
 use super::levels::Levels;
+use super::pairs::Seconds;
 use super::ray_unit::UnitTally;
 use super::steps::{SetSteps, Tally, TileTally, WarpStep};
 use crate::config::{AlphaCosts, Cost, RayUnit, SecondaryCosts};
 use crate::counters::{IssueCounters, Pass};
 use crate::error::Error;
-use crate::layout::{BufferKind, Buffers, NodeRecords, PrimitiveLayout, Reads};
+use crate::layout::{BufferKind, Buffers, NodeRecords, PrimitiveLayout, Reads, in_pairs};
 use crate::replay::{Fidelity, ReplayConfig};
 use tracer::{AlphaTests, DECIDED_BY_MICROMAP, NodeFetch, Op, RayKind, Topology, TraceHeader};
 
@@ -31,9 +32,15 @@ pub(crate) struct Program {
     pub(crate) keeps_turns: bool,
     /// A ray unit reads nodes and triangles and tests them.
     pub(super) by_ray_unit: bool,
+    /// It does so at an instruction of the shader, which walks.
+    pub(super) around_instruction: bool,
     step_costs: [Cost; Op::ALL.len()],
     /// Where the trace has any-hit shaders.
     any_hits: Option<AnyHitCosts>,
+    /// Address arithmetic of one triangle record.
+    triangle_record_cost: Cost,
+    /// Triangles that come with the record of another.
+    seconds: Seconds,
     /// Address arithmetic of one node record.
     record_cost: Cost,
     /// The same two of a TLAS whose nodes are unlike those of BLASes.
@@ -120,7 +127,8 @@ impl Program {
         let unless_by_unit = |cost: Cost| if by_ray_unit { Cost::default() } else { cost };
         let unless_unit_walks = |cost: Cost| if unit_walks { Cost::default() } else { cost };
         let index_load = u32::from(buffers.has_index_list());
-        let two_level = config.costs.two_level(header)?;
+        let two_level = config.costs.two_level(header, &config.gpu)?;
+        let instance = two_level.map_or_else(Cost::default, |costs| costs.instance);
         let mut step_costs = [Cost::default(); Op::ALL.len()];
         for (op, cost, loads) in [
             (Op::Pop, traversal.pop, stack_access),
@@ -128,11 +136,11 @@ impl Program {
             (Op::Up, traversal.up, 0),
             (Op::Node, traversal.node, 0),
             (Op::Push, traversal.push, stack_access),
-            (Op::Instance, two_level.instance, buffers.tree.instance_reads.loads),
-            (Op::Primitive, traversal.primitive, buffers.intersection_reads.loads + index_load),
+            (Op::Instance, instance, buffers.tree.instance_loads()),
+            (Op::Primitive, traversal.primitive, 0),
         ] {
-            // What a unit reads has an address of its own making.
-            let loads = if by_ray_unit && op == Op::Primitive { 0 } else { loads };
+            // What an instance's record takes around the instruction of a unit is in its cost.
+            let loads = if by_ray_unit && op == Op::Instance { 0 } else { loads };
             step_costs[op as usize] = unless_unit_walks(with_loads(cost, loads));
         }
         let any_hits = AnyHitCosts::new(header, &buffers, unit, config)?;
@@ -142,7 +150,8 @@ impl Program {
             None => sum(&[shared.ray_setup, traversal.start]),
         };
         let attachments = technique.raster.map_or(0, |raster| raster.attachments_in_memory().len() as u32);
-        let compact = header.normals && config.primitive_layout == PrimitiveLayout::Compact;
+        let compact =
+            header.normals && config.primitive_layout == PrimitiveLayout::Compact && !in_pairs(header);
         let compact_normal = if compact { shared.compact_normal } else { Cost::default() };
         let shade = match config.costs.reflections() {
             Some(costs) if technique.reflections.is_some() => costs.fetch,
@@ -187,6 +196,11 @@ impl Program {
             step_costs,
             any_hits,
             by_ray_unit,
+            around_instruction: by_ray_unit && !unit_walks,
+            triangle_record_cost: unless_by_unit(
+                shared.address.times(buffers.intersection_reads.loads + index_load),
+            ),
+            seconds: Seconds::new(topology),
             record_cost: unless_by_unit(shared.address.times(buffers.tree.reads.loads)),
             tlas_costs: NodeCosts {
                 step: unless_by_unit(config.costs.tlas_node()),
@@ -228,8 +242,9 @@ impl Program {
     /// Whether warps of the same shape ask the same of memory here as in `other` where they read nodes and use their stacks, and no
     /// stream says what a turn costs.
     pub(crate) fn reads_tree_as(&self, other: &Self) -> bool {
-        let Self { buffers, lanes, nodes, levels, keeps_turns, by_ray_unit, .. } = self;
+        let Self { buffers, lanes, nodes, levels, keeps_turns, by_ray_unit, around_instruction, .. } = self;
         let alike = *by_ray_unit == other.by_ray_unit
+            && *around_instruction == other.around_instruction
             && *levels == other.levels
             && *lanes == other.lanes
             && *nodes == other.nodes
@@ -260,11 +275,12 @@ impl Program {
     pub(crate) fn loaded_bytes(&self, op: Op, id: u32) -> u32 {
         let bytes = Reads::bytes;
         match op {
+            Op::Primitive if self.seconds.contains(id) => 0,
             Op::Primitive => {
                 let index = if self.buffers.has_index_list() { INDEX_BYTES } else { 0 };
                 bytes(self.buffers.intersection_reads) + index
             }
-            Op::Instance => bytes(self.buffers.tree.instance_reads),
+            Op::Instance => self.buffers.tree.instance_bytes(),
             Op::AnyHit => {
                 let shader = id & DECIDED_BY_MICROMAP == 0;
                 let of_shader = if shader { bytes(self.buffers.shading_reads) + MASK_TEXEL_BYTES } else { 0 };
@@ -330,7 +346,11 @@ impl Program {
             + alu(self.tlas_costs.record, tlas_records.1);
         issue.tlas_steps += set.tlas_steps.1;
         issue.instances += of(Op::Instance).1;
-        issue.primitive_alu += alu(self.step_costs[Op::Primitive as usize], of(Op::Primitive).1);
+        let (triangle_warps, triangle_lanes) = of(Op::Primitive);
+        let triangle_records = (triangle_warps - set.second_steps.0, triangle_lanes - set.second_steps.1);
+        self.spend(self.triangle_record_cost, triangle_records.0, triangle_records.1, issue);
+        issue.primitive_alu += alu(self.step_costs[Op::Primitive as usize], triangle_lanes)
+            + alu(self.triangle_record_cost, triangle_records.1);
         issue.node_fetches += record_lanes;
         issue.primitive_tests += of(Op::Primitive).1;
         if let Some(AnyHitCosts { step, shader, leaves_unit }) = self.any_hits {
@@ -365,10 +385,14 @@ impl Program {
     }
 
     /// Whether a step in the words of a warp loads or stores anything: with the boxes of children in their parent, the root has
-    /// no record to read.
+    /// no record to read, and the second triangle of a pair has none either.
     #[inline(always)]
     pub(super) fn takes_turn(&self, step: WarpStep<'_>) -> bool {
-        step.op != Op::Node || self.nodes != NodeReads::Parent || step.lanes > step.root_lanes
+        match step.op {
+            Op::Node => self.nodes != NodeReads::Parent || step.lanes > step.root_lanes,
+            Op::Primitive => step.lanes > step.root_lanes,
+            _ => true,
+        }
     }
 
     /// Whether its traversals leave hits to any-hit shaders.
@@ -393,7 +417,12 @@ impl Program {
             let NodeCosts { step, record } = self.tlas_costs;
             return sum(&[step, record.times(records)]);
         }
-        sum(&[self.step_costs[step.op as usize], self.record_cost.times(records)])
+        let triangles = u32::from(step.op == Op::Primitive && step.lanes > step.root_lanes);
+        sum(&[
+            self.step_costs[step.op as usize],
+            self.record_cost.times(records),
+            self.triangle_record_cost.times(triangles),
+        ])
     }
 
     /// What a warp issues for one ray set besides its steps that touch memory, and the number of those.

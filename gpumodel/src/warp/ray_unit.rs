@@ -60,21 +60,30 @@ impl UnitTests {
         self.scheduling != RayScheduling::Ray
     }
 
+    /// Whether a step is a test: to a unit that is an instruction, a leaf that holds an instance is a node of its own, with the instance's box.
+    #[inline(always)]
+    pub(super) fn tests(&self, op: Op) -> bool {
+        match op {
+            Op::Node | Op::Primitive => true,
+            Op::Instance => self.scheduling == RayScheduling::Instruction,
+            _ => false,
+        }
+    }
+
     /// Tests of the groups of `lanes`, each at one of `ids`.
     pub(super) fn count(&self, op: Op, lanes: &[u64], ids: &[u32], tally: &mut UnitTally) {
         let of_triangles = usize::from(op == Op::Primitive);
         let UnitTally { nodes, tlas_boxes } = tally;
         let tests = &mut nodes[of_triangles];
         let mut test = |id: u32, rays: u32, times: u32| {
-            let boxes = if op == Op::Primitive {
-                1
-            } else {
-                self.boxes.get(id as usize).copied().map_or(0, u64::from)
+            let boxes = match op {
+                Op::Node => self.boxes.get(id as usize).copied().map_or(0, u64::from),
+                _ => 1,
             };
             let quarter = (4 * rays).div_ceil(self.warp_width).clamp(1, 4) as usize - 1;
             tests.by_quarters[quarter] += u64::from(times);
             tests.tests += boxes * u64::from(rays * times);
-            if op == Op::Node && id < self.tlas_nodes {
+            if op == Op::Instance || (op == Op::Node && id < self.tlas_nodes) {
                 *tlas_boxes += boxes * u64::from(rays * times);
             }
             tests.places += boxes * u64::from(rays.next_multiple_of(self.places) * times);

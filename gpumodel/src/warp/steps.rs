@@ -6,6 +6,7 @@
 use super::distinct::Distinct;
 use super::levels::Levels;
 use super::lockstep::{AnyHits, Body, Lockstep};
+use super::pairs::Seconds;
 use super::ray_unit::{UnitTally, UnitTests};
 use crate::replay::ReplayConfig;
 use crate::schedule::{HELPER, LaneMap};
@@ -25,6 +26,8 @@ pub(crate) struct Tally {
     pub(crate) root_lanes: u64,
     /// Node steps of whole warps in the TLAS, and of single lanes; where both levels are of one kind, steps that are in either.
     pub(crate) tlas_steps: (u64, u64),
+    /// Triangle steps of whole warps, and of single lanes, that read no record, as the other triangle of a pair had brought it.
+    pub(crate) second_steps: (u64, u64),
     /// Node steps in which some lane had a sibling to read.
     pub(crate) sibling_steps: u64,
     pub(crate) warp_trips: u64,
@@ -48,16 +51,17 @@ pub(crate) struct Walk {
     loops: (LoopStructure, AnyHits),
     stack_in_memory: bool,
     levels: Levels,
+    seconds: Seconds,
     unit: Option<UnitTests>,
 }
 
 impl Walk {
     pub(crate) fn new(header: &TraceHeader, topology: &Topology, config: &ReplayConfig) -> Self {
-        let levels = Levels::new(header, topology);
+        let (levels, seconds) = (Levels::new(header, topology), Seconds::new(topology));
         let Some(unit) = config.gpu.ray_unit_for(header) else {
             let stack_in_memory = header.stack_entries > 0;
             let loops = (header.loop_structure, AnyHits::InLoop);
-            return Self { loops, stack_in_memory, levels, unit: None };
+            return Self { loops, stack_in_memory, levels, seconds, unit: None };
         };
         // A unit that walks tests nodes and triangles as its rays come to them, and keeps their stacks itself.
         let by_shader = !unit.walks();
@@ -65,6 +69,7 @@ impl Walk {
             loops: (if by_shader { header.loop_structure } else { LoopStructure::IfIf }, AnyHits::OnReturn),
             stack_in_memory: by_shader && header.stack_entries > 0,
             levels,
+            seconds,
             unit: Some(UnitTests::new(unit, config.gpu.cores.warp_width, topology)),
         }
     }
@@ -119,7 +124,7 @@ pub(crate) struct WarpStep<'a> {
     pub(crate) op: Op,
     /// Lanes that take it.
     pub(crate) lanes: u32,
-    /// Of them, those that read no sibling: at a root, or at a wide BLAS's node.
+    /// Of them, those that read no sibling, at a root or at a wide BLAS's node; and those at the second triangle of a pair, which read nothing.
     pub(crate) root_lanes: u32,
     /// Of them, those that run an any-hit shader.
     pub(crate) shader_lanes: u32,
@@ -128,7 +133,7 @@ pub(crate) struct WarpStep<'a> {
 }
 
 const OP_SHIFT: u32 = 29;
-/// Lanes at a root, or with a shader.
+/// Lanes that read nothing or less than others, or run a shader.
 const PART_SHIFT: u32 = 16;
 const LANES_SHIFT: u32 = 8;
 const FIELD: u32 = 0x7F;
@@ -349,7 +354,7 @@ impl Recorder<'_> {
         let active = lanes.iter().fold(0, |all, lanes| all | lanes).count_ones();
         self.tally.warp_steps[op as usize] += 1;
         self.tally.lane_steps[op as usize] += u64::from(active);
-        if let (Some(unit), Op::Node | Op::Primitive) = (&self.walk.unit, op) {
+        if let Some(unit) = self.walk.unit.as_ref().filter(|unit| unit.tests(op)) {
             unit.count(op, lanes, ids, &mut self.tally.unit);
         }
         let header = (op as u32) << OP_SHIFT | active << LANES_SHIFT;
@@ -357,6 +362,20 @@ impl Recorder<'_> {
             Op::Restart => {}
             Op::Push | Op::Pop if self.walk.stack_in_memory => self.stack(header, lanes, ids),
             Op::Push | Op::Pop => {}
+            Op::Primitive if !self.walk.seconds.is_empty() => {
+                let seconds = &self.walk.seconds;
+                let at_seconds = lanes.iter().zip(ids).filter(|&(_, &id)| seconds.contains(id));
+                let reading_none = at_seconds.fold(0, |all, (lanes, _)| all | lanes).count_ones();
+                self.tally.second_steps.0 += u64::from(reading_none == active);
+                self.tally.second_steps.1 += u64::from(reading_none);
+                let firsts = ids.iter().copied().filter(|&id| !seconds.contains(id));
+                self.room();
+                let (head, rest) = self.words[*self.used..].split_at_mut(1);
+                let out = rest.first_chunk_mut().expect("there is room for a step");
+                let found = self.distinct.filter(firsts, out);
+                head[0] = header | reading_none << PART_SHIFT | found as u32;
+                *self.used += 1 + found;
+            }
             _ => {
                 let levels = self.walk.levels;
                 let lanes_where = |is_meant: &dyn Fn(u32) -> bool| {

@@ -3,15 +3,17 @@
 use super::MOST_SHADERS;
 use super::codec::{Reader, push_varint, unzigzag, zigzag};
 use crate::accel::Accel;
+use crate::observe::NodeFetch;
 use crate::topology::{Topology, TopologyNode};
 use crate::trace::{Step, TraceHeader};
+use crate::wide::NodeFormat;
 
 /// Most children of a node of a wide BVH.
 const WIDEST_NODE: u64 = 8;
 
 /// Encodes what a trace knows of its scene: a structure's shape and the shader of each triangle, where that is kept.
-pub(super) fn encode_structure(topology: &Topology, shaders: &[u32]) -> Vec<u8> {
-    let mut bytes = encode_topology(topology);
+pub(super) fn encode_structure(topology: &Topology, format: Option<NodeFormat>, shaders: &[u32]) -> Vec<u8> {
+    let mut bytes = encode_topology(topology, format);
     shaders.iter().for_each(|&shader| push_varint(&mut bytes, u64::from(shader)));
     bytes
 }
@@ -28,10 +30,12 @@ pub(super) fn decode_structure(bytes: &[u8], header: &TraceHeader) -> Result<(To
 }
 
 /// Encodes a structure's shape: a tree, or with two levels the TLAS, the mesh of each instance, and the number of BLASes and these.
-fn encode_topology(topology: &Topology) -> Vec<u8> {
+fn encode_topology(topology: &Topology, format: Option<NodeFormat>) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(topology.nodes.len() * 4 + topology.references.len() * 4);
     for (number, (_, tree)) in topology.trees().iter().enumerate() {
-        encode_tree(tree, &mut bytes);
+        // The TLAS, which is before the BLASes, has no triangles.
+        let is_tlas = number == 0 && topology.levels.is_some();
+        encode_tree(tree, format.is_some_and(NodeFormat::has_pairs) && !is_tlas, &mut bytes);
         if let (0, Some(levels)) = (number, &topology.levels) {
             let mut previous = 0;
             for &mesh in &levels.meshes {
@@ -44,7 +48,7 @@ fn encode_topology(topology: &Topology) -> Vec<u8> {
     bytes
 }
 
-fn encode_tree(tree: &Topology, bytes: &mut Vec<u8>) {
+fn encode_tree(tree: &Topology, has_pairs: bool, bytes: &mut Vec<u8>) {
     push_varint(bytes, tree.nodes.len() as u64);
     push_varint(bytes, tree.references.len() as u64);
     push_varint(bytes, u64::from(tree.triangles));
@@ -74,21 +78,45 @@ fn encode_tree(tree: &Topology, bytes: &mut Vec<u8>) {
         push_varint(bytes, zigzag(i64::from(reference) - previous));
         previous = i64::from(reference);
     }
+    // Only a format with pairs has this list.
+    if has_pairs {
+        push_varint(bytes, tree.seconds.len() as u64);
+        let mut previous = 0;
+        for &second in &tree.seconds {
+            push_varint(bytes, u64::from(second.wrapping_sub(previous)));
+            previous = second;
+        }
+    }
+}
+
+/// What a tree in a file holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum TreeKind {
+    Binary,
+    Wide { has_pairs: bool },
 }
 
 fn decode_topology(reader: &mut Reader<'_>, header: &TraceHeader) -> Result<Topology, String> {
-    let is_wide = header.node_format.is_some();
+    let kind = match header.node_format {
+        None => TreeKind::Binary,
+        Some(format) => TreeKind::Wide { has_pairs: format.has_pairs() },
+    };
     let topology = if header.accel == Accel::TwoLevel {
-        decode_levels(reader, is_wide)?
+        decode_levels(reader, kind, header.node_fetch)?
     } else {
-        decode_tree(reader, is_wide)?
+        decode_tree(reader, kind)?
     };
     topology.validate()?;
     Ok(topology)
 }
 
-fn decode_levels(reader: &mut Reader<'_>, is_wide: bool) -> Result<Topology, String> {
-    let tlas = decode_tree(reader, false)?;
+/// Wide nodes are fetched one by one: with a fetch in pairs the TLAS is binary, as it always was in older traces.
+fn decode_levels(reader: &mut Reader<'_>, kind: TreeKind, fetch: NodeFetch) -> Result<Topology, String> {
+    let of_tlas = match (kind, fetch) {
+        (TreeKind::Wide { .. }, NodeFetch::Single) => TreeKind::Wide { has_pairs: false },
+        _ => TreeKind::Binary,
+    };
+    let tlas = decode_tree(reader, of_tlas)?;
     let bytes_left = reader.bytes.len() - reader.position;
     let mut meshes = Vec::with_capacity((tlas.triangles as usize).min(bytes_left));
     let mut previous = 0_i64;
@@ -97,7 +125,7 @@ fn decode_levels(reader: &mut Reader<'_>, is_wide: bool) -> Result<Topology, Str
         meshes.push(to_u32(previous)?);
     }
     let count = reader.bounded(u64::from(Step::MAX_ID), "a number of BLASes of")?;
-    let blases = (0..count).map(|_| decode_tree(reader, is_wide)).collect::<Result<Vec<_>, _>>()?;
+    let blases = (0..count).map(|_| decode_tree(reader, kind)).collect::<Result<Vec<_>, _>>()?;
     Topology::of_two_levels(tlas, blases, meshes)
 }
 
@@ -105,7 +133,7 @@ fn to_u32(value: i64) -> Result<u32, String> {
     u32::try_from(value).map_err(|_| format!("a link or position of {value}"))
 }
 
-fn decode_tree(reader: &mut Reader<'_>, is_wide: bool) -> Result<Topology, String> {
+fn decode_tree(reader: &mut Reader<'_>, kind: TreeKind) -> Result<Topology, String> {
     let most = u64::from(Step::MAX_ID);
     let nodes = reader.bounded(most, "a number of nodes of")? as usize;
     let references = reader.bounded(most, "a number of references of")? as usize;
@@ -116,7 +144,7 @@ fn decode_tree(reader: &mut Reader<'_>, is_wide: bool) -> Result<Topology, Strin
         nodes: Vec::with_capacity(nodes.min(bytes_left)),
         references: Vec::with_capacity(references.min(bytes_left)),
         triangles,
-        levels: None,
+        ..Topology::default()
     };
     let (mut link, mut position) = (0_i64, 0_i64);
     for _ in 0..nodes {
@@ -125,7 +153,7 @@ fn decode_tree(reader: &mut Reader<'_>, is_wide: bool) -> Result<Topology, Strin
         tree.nodes.push(if token & 1 == 0 {
             let first = to_u32(link.wrapping_add(difference))?;
             link = i64::from(first);
-            if is_wide {
+            if kind != TreeKind::Binary {
                 let count = reader.bounded(WIDEST_NODE, "a number of inner children of")? as u32;
                 let leaves = reader.bounded(WIDEST_NODE - u64::from(count), "a number of leaves of")? as u32;
                 link += i64::from(count);
@@ -144,6 +172,13 @@ fn decode_tree(reader: &mut Reader<'_>, is_wide: bool) -> Result<Topology, Strin
     for _ in 0..references {
         previous = previous.wrapping_add(unzigzag(reader.varint()?));
         tree.references.push(to_u32(previous)?);
+    }
+    if kind == (TreeKind::Wide { has_pairs: true }) {
+        let mut previous = 0;
+        for _ in 0..reader.bounded(references as u64, "a number of pairs of")? {
+            previous += reader.bounded(references as u64 - previous, "a step from pair to pair of")?;
+            tree.seconds.push(previous as u32);
+        }
     }
     Ok(tree)
 }

@@ -113,7 +113,8 @@ impl TraceWriter {
         head.extend(text);
         head.extend(xxh3_64_with_seed(&head, HEADER_SEED).to_le_bytes());
         writer.write(&head)?;
-        let (compressed, raw_bytes) = compress(&shape::encode_structure(topology, shaders))?;
+        let shape = shape::encode_structure(topology, header.node_format, shaders);
+        let (compressed, raw_bytes) = compress(&shape)?;
         writer.write_chunk(&compressed, raw_bytes, STRUCTURE_SEED)?;
         Ok(writer)
     }

@@ -1,5 +1,6 @@
 //! The trees that a BLAS can be.
 
+use super::tlas::{BinaryTlas, TopLevel, WideTlas};
 use crate::aabb::{Aabb, SlabRay};
 use crate::alpha::RayQuery;
 use crate::bvh::stack::{descend, walk};
@@ -16,6 +17,8 @@ use scenes::Triangle;
 pub trait BottomLevel<P: RayTriangle>: Sized + Send + Sync {
     /// What it is built with besides the costs.
     type Format: Copy + Sync;
+    /// The tree over its instances, whose nodes are of the same kind.
+    type Tlas: TopLevel<Format = Self::Format>;
 
     /// Builds it with the SAH costs Ct and Ci.
     ///
@@ -52,6 +55,7 @@ pub trait BottomLevel<P: RayTriangle>: Sized + Send + Sync {
 
 impl<P: RayTriangle> BottomLevel<P> for Bvh<P> {
     type Format = ();
+    type Tlas = BinaryTlas;
 
     fn build(
         mesh: &[Triangle],
@@ -111,6 +115,7 @@ impl<P: RayTriangle> BottomLevel<P> for Bvh<P> {
 
 impl<P: RayTriangle, const W: usize> BottomLevel<P> for WideBvh<P, W> {
     type Format = NodeFormat;
+    type Tlas = WideTlas<W>;
 
     fn build(mesh: &[Triangle], sah_costs: [f64; 2], format: NodeFormat) -> Result<Self, Error> {
         Self::build_for(mesh, sah_costs, format)

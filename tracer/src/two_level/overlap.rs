@@ -5,7 +5,7 @@
 
 use super::sampling::Uniform;
 use super::structure::PlacedBlas;
-use super::tlas::Tlas;
+use super::tlas::TopLevel;
 use crate::aabb::Aabb;
 use glam::DVec3;
 
@@ -13,14 +13,13 @@ use glam::DVec3;
 const POINTS: u32 = 4096;
 
 /// Share of the boxes' volumes, each counted, that lies in another box as well; `None` where no box has a volume.
-pub(super) fn shared_volume(tlas: &Tlas, instances: &[PlacedBlas]) -> Option<f64> {
+pub(super) fn shared_volume(tlas: &impl TopLevel, instances: &[PlacedBlas]) -> Option<f64> {
     let volumes: Vec<f64> = instances.iter().map(|placed| volume(&placed.bounds)).collect();
     let total: f64 = volumes.iter().sum();
     if total <= 0.0 {
         return None;
     }
     let mut uniform = Uniform::new();
-    let mut pending = Vec::new();
     let mut shared = 0;
     // Points are spread over the boxes in equal steps of volume.
     let mut number = 0;
@@ -34,7 +33,7 @@ pub(super) fn shared_volume(tlas: &Tlas, instances: &[PlacedBlas]) -> Option<f64
         let Aabb { min, max } = instances[number].bounds;
         let [min, max] = [min.as_dvec3(), max.as_dvec3()];
         let point = min + DVec3::new(uniform.next(), uniform.next(), uniform.next()) * (max - min);
-        shared += u32::from(lies_in_another(tlas, instances, number, point, &mut pending));
+        shared += u32::from(lies_in_another(tlas, instances, number, point));
     }
     Some(f64::from(shared) / f64::from(POINTS))
 }
@@ -47,31 +46,10 @@ fn contains(bounds: &Aabb, point: DVec3) -> bool {
     bounds.min.as_dvec3().cmple(point).all() && point.cmple(bounds.max.as_dvec3()).all()
 }
 
-/// Whether the point lies in the box of an instance other than `own`. `pending` is scratch.
-fn lies_in_another(
-    tlas: &Tlas,
-    instances: &[PlacedBlas],
-    own: usize,
-    point: DVec3,
-    pending: &mut Vec<u32>,
-) -> bool {
-    let tree = tlas.pair_tree();
-    pending.clear();
-    pending.push(0);
-    while let Some(index) = pending.pop() {
-        let (bounds, node) = tree.node(index);
-        if !contains(&bounds, point) {
-            continue;
-        }
-        if node.is_inner() {
-            pending.extend([node.link + 1, node.link]);
-        } else if tlas
-            .instances(node)
-            .iter()
-            .any(|&number| number as usize != own && contains(&instances[number as usize].bounds, point))
-        {
-            return true;
-        }
-    }
-    false
+/// Whether the point lies in the box of an instance other than `own`.
+fn lies_in_another(tlas: &impl TopLevel, instances: &[PlacedBlas], own: usize, point: DVec3) -> bool {
+    tlas.any_instance(
+        |bounds| contains(bounds, point),
+        |number| number as usize != own && contains(&instances[number as usize].bounds, point),
+    )
 }

@@ -1,10 +1,9 @@
-//! The traversal: that of a BVH with a full stack, for the TLAS and, at each of its leaves, for the BLAS of each instance.
+//! The traversal: that of a BVH with a full stack, binary or wide, for the TLAS and, at each of its leaves, for the BLAS of each instance.
 
 use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
-use crate::aabb::SlabRay;
+use super::tlas::TopLevel;
 use crate::alpha::RayQuery;
-use crate::bvh::stack::walk;
 use crate::observe::{Observer, Op};
 use crate::ray::{Hit, Query, Ray};
 use crate::triangle::RayTriangle;
@@ -30,40 +29,47 @@ fn run<const ANY: bool, P: RayTriangle, T: BottomLevel<P>, Q: RayQuery, O: Obser
     cull_mask: u8,
     observer: &mut O,
 ) -> Hit {
-    let tlas = &structure.tlas;
-    let slab = SlabRay::new(ray, &tlas.slack);
     let mut best = Hit::miss(ray.t_max);
-    walk::<ANY, O>(
-        tlas.pair_tree(),
-        &slab,
-        ray.t_min,
-        &mut best,
-        observer,
-        |leaf, stacked, best, observer| {
-            observer.leaf_visit();
-            tlas.instances(leaf).iter().any(|&number| {
-                observer.step(Op::Instance, number);
-                let placed = &structure.instances[number as usize];
-                if placed.mask & cull_mask == 0 {
-                    return false;
-                }
-                let blas = structure.blas_of(placed);
-                let mut in_blas = InBlas {
-                    outer: observer,
-                    first_node: blas.first_node,
-                    first_reference: blas.first_reference,
-                    stacked,
-                };
-                let ray = placed.object_ray(ray);
-                blas.tree.descend::<ANY, Q, _>(placed.first_primitive, &ray, query, best, &mut in_blas)
+    structure.tlas.walk::<ANY, O>(ray, &mut best, observer, |instances, stacked, best, observer| {
+        observer.leaf_visit();
+        instances.iter().any(|&number| {
+            enter(structure, number, ray, cull_mask, stacked, observer, |blas, base, ray, observer| {
+                blas.descend::<ANY, Q, _>(base, ray, query, best, observer)
             })
-        },
-    );
+        })
+    });
     best
 }
 
+/// Reads the record of an instance and, unless its mask hides it, has `descend` look into its BLAS: it gets the tree, the number of its first
+/// triangle, the ray in its space, and the observer. `stacked` entries of the TLAS are on the stack.
+#[inline(always)]
+pub(super) fn enter<P: RayTriangle, T: BottomLevel<P>, O: Observer>(
+    structure: &TwoLevel<P, T>,
+    number: u32,
+    ray: &Ray,
+    cull_mask: u8,
+    stacked: u32,
+    observer: &mut O,
+    descend: impl FnOnce(&T, u32, &Ray, &mut InBlas<'_, O>) -> bool,
+) -> bool {
+    observer.step(Op::Instance, number);
+    let placed = &structure.instances[number as usize];
+    if placed.mask & cull_mask == 0 {
+        return false;
+    }
+    let blas = structure.blas_of(placed);
+    let mut in_blas = InBlas {
+        outer: observer,
+        first_node: blas.first_node,
+        first_reference: blas.first_reference,
+        stacked,
+    };
+    descend(&blas.tree, placed.first_primitive, &placed.object_ray(ray), &mut in_blas)
+}
+
 /// Tells `outer` of the steps within a BLAS, in the numbers of the whole structure.
-struct InBlas<'a, O> {
+pub(super) struct InBlas<'a, O> {
     outer: &'a mut O,
     first_node: u32,
     first_reference: u32,

@@ -3,6 +3,7 @@
 use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
 use super::{empty_space, overlap};
+use crate::aabb::Aabb;
 use crate::triangle::RayTriangle;
 use rayon::prelude::*;
 
@@ -11,8 +12,8 @@ use rayon::prelude::*;
 pub struct TwoLevelStatistics {
     /// Instances, those of empty meshes included.
     pub instances: u64,
-    /// Instances whose box a random ray meets, of those rays that meet the box of the TLAS, by the surface area heuristic (Goldsmith &
-    /// Salmon 1987): BLASes that it enters where no hit ends it sooner. `None` when the TLAS has no area.
+    /// Instances whose box a random ray meets, of those rays that meet the box around all instances, by the surface area heuristic (Goldsmith &
+    /// Salmon 1987): BLASes that it enters where no hit ends it sooner. `None` when that box has no area.
     pub expected_entries: Option<f64>,
     /// Share of the volume of the instances' boxes, each counted, that lies in another one as well, within 0.8 % (one standard
     /// error). Boxes without thickness have no part in it; `None` when there is no other.
@@ -36,7 +37,8 @@ pub struct BlasStatistics {
 impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
     /// Measures the structure: shares by samples of fixed size, so in linear time. The same on any machine and number of threads.
     pub fn statistics(&self) -> TwoLevelStatistics {
-        let area = self.tlas.pair_tree().root_bounds.half_area();
+        let all = self.instances.iter().fold(Aabb::EMPTY, |all, placed| all.union(placed.bounds));
+        let area = all.half_area();
         let areas: f64 = self.instances.iter().map(|placed| placed.bounds.half_area()).sum();
         let mut counts = vec![0; self.blases.len()];
         for placed in &self.instances {

@@ -2,7 +2,7 @@
 
 use super::bottom_level::BottomLevel;
 use super::stack;
-use super::tlas::Tlas;
+use super::tlas::TopLevel;
 use super::transform::{Transform, WorldToObject};
 use crate::aabb::Aabb;
 use crate::accel::check_costs;
@@ -63,11 +63,10 @@ impl PlacedBlas {
     }
 }
 
-/// A BLAS per mesh and a TLAS over their instances. The TLAS is a binary BVH whose nodes are fetched in pairs, the BLASes are trees `T`, binary
-/// or wide. The numbering of nodes, references and primitives is described in the [module's documentation](super).
+/// A BLAS per mesh, a tree `T`, binary or wide, and a TLAS over their instances, whose nodes are of the same kind. The numbering of nodes, references and primitives is described in the [module's documentation](super).
 #[derive(Clone)]
 pub struct TwoLevel<P: RayTriangle = PreparedTriangle, T: BottomLevel<P> = Bvh<P>> {
-    pub(super) tlas: Tlas,
+    pub(super) tlas: T::Tlas,
     pub(super) blases: Vec<Blas<T>>,
     pub(super) instances: Vec<PlacedBlas>,
     triangles: PhantomData<P>,
@@ -106,7 +105,7 @@ impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
     /// same comes out on any number of threads.
     ///
     /// # Errors
-    /// A mesh that the format of the BLASes cannot hold; costs out of range; a corner that is not finite; an instance of a mesh that does not exist, or whose transform is not
+    /// A mesh, or the place of an instance, that the format of nodes cannot hold; costs out of range; a corner that is not finite; an instance of a mesh that does not exist, or whose transform is not
     /// finite, has no inverse in f32, or puts the mesh beyond f32; more triangles or nodes than ids can name.
     pub fn build_with(
         meshes: &[Vec<Triangle>],
@@ -143,7 +142,7 @@ impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
             first_primitive += tree.references().len() as u32;
         }
 
-        let tlas = Tlas::new(&boxes, condition);
+        let tlas = T::Tlas::build(&boxes, condition, format)?;
         let mut next_node = u64::from(tlas.node_count());
         let mut first_reference = 0;
         let mut blases = Vec::with_capacity(trees.len());
@@ -189,17 +188,17 @@ impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
         self.instances[instance as usize].object_ray(ray)
     }
 
-    /// Most entries that the stack can have, with one to spare as in [`TraceHeader`](crate::TraceHeader): the depth of the TLAS and
+    /// Most entries that the stack can have, with one to spare as in [`TraceHeader`](crate::TraceHeader): those of the TLAS and
     /// what the neediest BLAS takes.
     pub fn stack_entries(&self) -> u32 {
         let deepest = self.instances.iter().map(|placed| self.blas_of(placed).tree.stack_entries()).max();
-        self.tlas.depth + deepest.unwrap_or(0) + 1
+        self.tlas.stack_entries() + deepest.unwrap_or(0) + 1
     }
 
     /// Longest path from the root of the TLAS to a node of a BLAS, in edges; the way into an instance is one.
     pub fn depth(&self) -> u32 {
         let deepest = self.instances.iter().map(|placed| self.blas_of(placed).tree.depth() + 1).max();
-        self.tlas.depth + deepest.unwrap_or(0)
+        self.tlas.depth() + deepest.unwrap_or(0)
     }
 
     /// Leaves of all BLASes.

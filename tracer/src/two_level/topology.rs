@@ -2,6 +2,7 @@
 
 use super::bottom_level::BottomLevel;
 use super::structure::TwoLevel;
+use super::tlas::TopLevel;
 use crate::ray::NO_HIT;
 use crate::topology::{Topology, TopologyNode};
 use crate::trace::Step;
@@ -58,7 +59,8 @@ impl Topology {
             return Err(format!("an instance of mesh {mesh} of {}", blases.len()));
         }
         let tlas_nodes = nodes.len() as u32;
-        let (mut references, mut places) = (Vec::new(), Vec::with_capacity(blases.len()));
+        let (mut references, mut seconds) = (Vec::new(), Vec::new());
+        let mut places = Vec::with_capacity(blases.len());
         for blas in blases {
             nodes.resize(nodes.len().next_multiple_of(2), TopologyNode::Leaf { first: 0, count: 0 });
             let limit = Step::MAX_ID as usize;
@@ -69,6 +71,7 @@ impl Topology {
             nodes.extend(blas.nodes.iter().map(|node| node.moved(first_node, first_reference)));
             references
                 .extend(blas.references.iter().map(|&reference| first_reference.wrapping_add(reference)));
+            seconds.extend(blas.seconds.iter().map(|&second| first_reference.wrapping_add(second)));
             places.push(BlasPlace {
                 nodes: first_node..nodes.len() as u32,
                 references: first_reference..references.len() as u32,
@@ -77,7 +80,7 @@ impl Topology {
         let levels = Levels { tlas_nodes, tlas_references, blases: places, meshes };
         let triangles =
             levels.scene_triangles().ok_or("more triangles in all instances than ids can name")?;
-        Ok(Self { nodes, references, triangles, levels: Some(levels) })
+        Ok(Self { nodes, references, seconds, triangles, levels: Some(levels) })
     }
 
     /// Nodes of all trees.
@@ -102,10 +105,13 @@ impl Topology {
             nodes: self.nodes[..levels.tlas_nodes as usize].to_vec(),
             references: levels.tlas_references.clone(),
             triangles: levels.meshes.len() as u32,
-            levels: None,
+            ..Self::default()
         };
         let blas = |BlasPlace { nodes, references }: &BlasPlace| {
             let back = [nodes.start, references.start].map(u32::wrapping_neg);
+            let before = |reference: u32| self.seconds.partition_point(|&second| second < reference);
+            let first_second = before(references.start);
+            let seconds = first_second..before(references.end).max(first_second);
             let tree = Self {
                 nodes: self.nodes[nodes.start as usize..nodes.end as usize]
                     .iter()
@@ -115,6 +121,7 @@ impl Topology {
                     .iter()
                     .map(|reference| reference.wrapping_add(back[1]))
                     .collect(),
+                seconds: self.seconds[seconds].iter().map(|second| second.wrapping_add(back[1])).collect(),
                 triangles: references.len() as u32,
                 levels: None,
             };
@@ -142,36 +149,27 @@ impl Topology {
         if levels.scene_triangles() != Some(self.triangles) {
             return Err(format!("the instances do not have the {} triangles of the scene", self.triangles));
         }
-        for (root, tree) in self.trees() {
+        let trees = self.trees();
+        for (root, tree) in &trees {
             tree.validate().map_err(|problem| format!("in the tree of node {root}: {problem}"))?;
-            let is_tlas = root == 0;
-            if is_tlas && tree.is_wide() {
-                return Err("the nodes of a TLAS are binary".to_owned());
-            }
         }
-        Ok(())
+        // A binary TLAS may stand over wide BLASes, as in traces that were recorded before a TLAS could be wide.
+        let (tlas, blases) = trees.split_first().expect("a TLAS is always there");
+        match blases.iter().find(|(_, blas)| tlas.1.is_wide() && !blas.is_wide()) {
+            Some((root, _)) => {
+                Err(format!("the nodes of the TLAS are wide, and that of the root {root} is binary"))
+            }
+            None => Ok(()),
+        }
     }
 }
 
 impl<P: RayTriangle, T: BottomLevel<P>> TwoLevel<P, T> {
     /// Links, references and instances without geometry.
     pub fn topology(&self) -> Topology {
-        let tree = self.tlas.pair_tree();
-        let node = |index| {
-            let (_, links) = tree.node(index);
-            if links.is_inner() {
-                TopologyNode::Inner { left: links.link }
-            } else {
-                TopologyNode::Leaf { first: links.link, count: links.count() }
-            }
-        };
-        let tlas = Topology {
-            nodes: (0..self.tlas.node_count()).map(node).collect(),
-            references: self.tlas.references.clone(),
-            ..Topology::default()
-        };
         let blases = self.blases.iter().map(|blas| blas.tree.topology()).collect();
         let meshes = self.instances.iter().map(|placed| placed.mesh).collect();
-        Topology::of_two_levels(tlas, blases, meshes).expect("sizes were checked when it was built")
+        Topology::of_two_levels(self.tlas.topology(), blases, meshes)
+            .expect("sizes were checked when it was built")
     }
 }

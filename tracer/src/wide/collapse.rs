@@ -3,9 +3,9 @@
 
 use super::format::NodeFormat;
 use super::quantise::Grid;
-use super::tree::{WideBvh, WideNode};
+use super::tree::{WideBvh, WideNode, WideNodes};
 use crate::aabb::Aabb;
-use crate::bvh::{Bvh, BvhOptions, NodeRef};
+use crate::bvh::{Bvh, BvhOptions, NodeRef, PairTree};
 use crate::error::Error;
 use crate::triangle::RayTriangle;
 use scenes::Triangle;
@@ -14,7 +14,7 @@ use scenes::Triangle;
 type Member = (Aabb, NodeRef);
 
 impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
-    /// [`Self::collapse`] of a binary tree that is built for it with the SAH costs Ct and Ci.
+    /// [`Self::collapse`] of a binary tree that is built for it with the SAH costs Ct and Ci, its triangles in pairs where the format has these.
     ///
     /// # Errors
     /// As [`Self::collapse`].
@@ -28,7 +28,11 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
     ) -> Result<Self, Error> {
         let max_leaf = format.leaf_triangles().unwrap_or(u32::MAX);
         let options = BvhOptions { traversal_cost, intersection_cost, max_leaf, ..BvhOptions::MOBILE };
-        Self::collapse(Bvh::build_for(triangles, &options), format)
+        let mut tree = Self::collapse(Bvh::build_for(triangles, &options), format)?;
+        if format.has_pairs() {
+            tree.join_pairs(triangles);
+        }
+        Ok(tree)
     }
 
     /// The tree of nodes in `format`, whose width is `W`, over the leaves of `binary`, which must not be larger than the format allows.
@@ -36,6 +40,23 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
     /// # Errors
     /// A coordinate that the format cannot hold.
     pub fn collapse(binary: Bvh<P>, format: NodeFormat) -> Result<Self, Error> {
+        let tree = WideNodes::collapse(binary.pair_tree(), format)?;
+        Ok(Self {
+            tree,
+            slack: binary.slack,
+            references: binary.references,
+            seconds: Vec::new(),
+            groups: binary.groups,
+        })
+    }
+}
+
+impl<const W: usize> WideNodes<W> {
+    /// The nodes in `format`, whose width is `W`, over the leaves of `binary`.
+    ///
+    /// # Errors
+    /// A coordinate that the format cannot hold.
+    pub(crate) fn collapse(binary: PairTree<'_>, format: NodeFormat) -> Result<Self, Error> {
         assert_eq!(format.width() as usize, W);
         let mut nodes: Vec<WideNode<W>> = vec![WideNode::EMPTY];
         let mut parents = vec![0];
@@ -44,7 +65,7 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
         let mut open = vec![(0_u32, 0_u32, 0_u32)];
         while let Some((root, place, level)) = open.pop() {
             depth = depth.max(level);
-            let members = members(&binary, root, W);
+            let members = members(binary, root, W);
             let first = nodes.len() as u32;
             let mut links = [NodeRef::NOTHING; W];
             for (link, &(_, member)) in links.iter_mut().zip(&members.children) {
@@ -60,15 +81,7 @@ impl<P: RayTriangle, const W: usize> WideBvh<P, W> {
             let boxes: Vec<Aabb> = members.children.iter().map(|&(bounds, _)| bounds).collect();
             nodes[place as usize] = WideNode::new(&stored(&boxes, format)?, &links);
         }
-        Ok(Self {
-            nodes,
-            parents,
-            format,
-            depth,
-            slack: binary.slack,
-            references: binary.references,
-            groups: binary.groups,
-        })
+        Ok(Self { nodes, parents, format, depth })
     }
 }
 
@@ -79,29 +92,29 @@ struct Members {
     inner: Vec<u32>,
 }
 
-fn members<P: RayTriangle>(binary: &Bvh<P>, root: u32, width: usize) -> Members {
+fn members(binary: PairTree<'_>, root: u32, width: usize) -> Members {
     // The index of each in the binary tree, in order from left to right.
     let mut chosen = vec![root];
-    let areas = |node: u32| binary.packed_node(node).0.half_area();
+    let areas = |node: u32| binary.node(node).0.half_area();
     let largest = |chosen: &[u32]| {
-        let inner = (0..chosen.len()).filter(|&at| binary.packed_node(chosen[at]).1.is_inner());
+        let inner = (0..chosen.len()).filter(|&at| binary.node(chosen[at]).1.is_inner());
         // Among equals the first.
         inner.rev().max_by(|&a, &b| areas(chosen[a]).total_cmp(&areas(chosen[b])))
     };
     while chosen.len() < width
         && let Some(at) = largest(&chosen)
     {
-        let left = binary.packed_node(chosen[at]).1.link;
+        let left = binary.node(chosen[at]).1.link;
         chosen.splice(at..=at, [left, left + 1]);
     }
     let holds_triangles = |&node: &u32| {
-        let (_, link) = binary.packed_node(node);
+        let (_, link) = binary.node(node);
         // Only the root of an empty tree is a leaf without triangles.
         link.is_inner() || link.count() > 0
     };
     chosen.retain(holds_triangles);
-    let children = chosen.iter().map(|&node| binary.packed_node(node)).collect();
-    chosen.retain(|&node| binary.packed_node(node).1.is_inner());
+    let children = chosen.iter().map(|&node| binary.node(node)).collect();
+    chosen.retain(|&node| binary.node(node).1.is_inner());
     Members { children, inner: chosen }
 }
 

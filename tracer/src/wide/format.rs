@@ -2,19 +2,25 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A format of wide nodes.
+/// A format of wide nodes. Trace files had its names without hyphens before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
 pub enum NodeFormat {
     /// Four children, their boxes in f32.
+    #[serde(rename = "full-4", alias = "full4")]
     Full4,
     /// Eight children, their boxes in f32.
+    #[serde(rename = "full-8", alias = "full8")]
     Full8,
     /// Eight children, their boxes in 8-bit steps from an origin in f32; at most three triangles in a leaf (Ylitie, Karras and Laine
     /// 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
+    #[serde(rename = "compressed-8", alias = "compressed8")]
     Compressed8,
+    /// As [`Self::Compressed8`], whose tree it has; triangles of a leaf that share an edge are in one record.
+    #[serde(rename = "compressed-8-pairs")]
+    Compressed8Pairs,
     /// Eight children, their boxes in 8-bit steps from an origin in the upper half of an f32; one triangle in a leaf (Adreno 7xx,
     /// Mesa's `tu_bvh.h`).
+    #[serde(rename = "adreno-8", alias = "adreno8")]
     Adreno8,
 }
 
@@ -29,7 +35,8 @@ pub enum Origin {
 
 impl NodeFormat {
     /// All formats.
-    pub const ALL: [Self; 4] = [Self::Full4, Self::Full8, Self::Compressed8, Self::Adreno8];
+    pub const ALL: [Self; 5] =
+        [Self::Full4, Self::Full8, Self::Compressed8, Self::Compressed8Pairs, Self::Adreno8];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -37,6 +44,7 @@ impl NodeFormat {
             Self::Full4 => "full-4",
             Self::Full8 => "full-8",
             Self::Compressed8 => "compressed-8",
+            Self::Compressed8Pairs => "compressed-8-pairs",
             Self::Adreno8 => "adreno-8",
         }
     }
@@ -50,7 +58,7 @@ impl NodeFormat {
     pub fn width(self) -> u32 {
         match self {
             Self::Full4 => 4,
-            Self::Full8 | Self::Compressed8 | Self::Adreno8 => 8,
+            Self::Full8 | Self::Compressed8 | Self::Compressed8Pairs | Self::Adreno8 => 8,
         }
     }
 
@@ -58,16 +66,21 @@ impl NodeFormat {
     pub fn leaf_triangles(self) -> Option<u32> {
         match self {
             Self::Full4 | Self::Full8 => None,
-            Self::Compressed8 => Some(3),
+            Self::Compressed8 | Self::Compressed8Pairs => Some(3),
             Self::Adreno8 => Some(1),
         }
+    }
+
+    /// Whether triangles of a leaf that share an edge are in one record.
+    pub fn has_pairs(self) -> bool {
+        self == Self::Compressed8Pairs
     }
 
     /// How the origin of quantised boxes is stored; `None` where boxes are not quantised.
     pub fn origin(self) -> Option<Origin> {
         match self {
             Self::Full4 | Self::Full8 => None,
-            Self::Compressed8 => Some(Origin::Single),
+            Self::Compressed8 | Self::Compressed8Pairs => Some(Origin::Single),
             Self::Adreno8 => Some(Origin::UpperHalf),
         }
     }

@@ -2,6 +2,7 @@
 
 mod collapse;
 mod format;
+mod pairs;
 mod quantise;
 pub mod short_stack;
 pub mod stack;
@@ -9,4 +10,5 @@ mod tree;
 
 pub use format::{NodeFormat, Origin};
 pub use quantise::Grid;
+pub(crate) use tree::WideNodes;
 pub use tree::{WideBvh, WideStatistics};

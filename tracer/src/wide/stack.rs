@@ -3,7 +3,7 @@
 //! The children that are hit are sorted by the distance at which the ray enters their boxes, among equals by their place. The nearest is next, the
 //! others are pushed, the farthest first.
 
-use super::tree::WideBvh;
+use super::tree::{WideBvh, WideNodes};
 use crate::aabb::SlabRay;
 use crate::alpha::RayQuery;
 use crate::bvh::{BvhOptions, NodeRef, leaf};
@@ -26,8 +26,8 @@ pub(super) struct Entry {
 /// Fetches a node and tests the boxes of its children up to the distance `t_max`: those that are hit, and how many, sorted as the module's
 /// documentation says.
 #[inline(always)]
-pub(super) fn near_to_far<P: RayTriangle, const W: usize, O: Observer>(
-    bvh: &WideBvh<P, W>,
+pub(super) fn near_to_far<const W: usize, O: Observer>(
+    tree: &WideNodes<W>,
     slab: &SlabRay,
     node: u32,
     t_min: f32,
@@ -35,7 +35,7 @@ pub(super) fn near_to_far<P: RayTriangle, const W: usize, O: Observer>(
     observer: &mut O,
 ) -> ([Entry; W], usize) {
     observer.step(Op::Node, node);
-    let node = &bvh.nodes[node as usize];
+    let node = &tree.nodes[node as usize];
     observer.box_tests(node.children);
     let (entries, hits) = slab.entries(&node.planes, t_min, t_max);
     let mut hit = [Entry { link: NodeRef::NOTHING, distance: 0.0 }; W];
@@ -94,12 +94,28 @@ pub(crate) fn descend<const ANY: bool, P: RayTriangle, const W: usize, Q: RayQue
 ) -> bool {
     let prepared = P::prepare(ray);
     let slab = SlabRay::new(ray, &bvh.slack);
+    walk::<ANY, W, O>(&bvh.tree, &slab, ray.t_min, best, observer, |node, _, best, observer| {
+        leaf::intersect(bvh.leaves(base), node, prepared, query, best, observer) && ANY
+    })
+}
+
+/// Walks a tree, whatever its leaves hold. `at_leaf` gets a leaf, the number of stack entries, the best hit so far and the observer,
+/// and says whether the walk is over; so does `walk`.
+#[inline(always)]
+pub(crate) fn walk<const ANY: bool, const W: usize, O: Observer>(
+    tree: &WideNodes<W>,
+    slab: &SlabRay,
+    t_min: f32,
+    best: &mut Hit,
+    observer: &mut O,
+    mut at_leaf: impl FnMut(NodeRef, u32, &mut Hit, &mut O) -> bool,
+) -> bool {
     let mut stack = [const { MaybeUninit::<Entry>::uninit() }; CAPACITY];
     let mut top = 0;
     let mut next = NodeRef::inner(0, 0);
     loop {
         if next.is_inner() {
-            let (hit, count) = near_to_far(bvh, &slab, next.link, ray.t_min, best.t, observer);
+            let (hit, count) = near_to_far(tree, slab, next.link, t_min, best.t, observer);
             if count > 0 {
                 for farther in hit[1..count].iter().rev() {
                     observer.step(Op::Push, top as u32);
@@ -109,7 +125,7 @@ pub(crate) fn descend<const ANY: bool, P: RayTriangle, const W: usize, Q: RayQue
                 next = hit[0].link;
                 continue;
             }
-        } else if leaf::intersect(bvh.leaves(base), next, prepared, query, best, observer) && ANY {
+        } else if at_leaf(next, top as u32, best, observer) {
             return true;
         }
         loop {
@@ -134,7 +150,7 @@ pub(crate) fn meets_leaf<P: RayTriangle, const W: usize>(bvh: &WideBvh<P, W>, ra
     let slab = SlabRay::new(ray, &bvh.slack);
     let mut open = vec![0];
     while let Some(node) = open.pop() {
-        let node = &bvh.nodes[node as usize];
+        let node = &bvh.tree.nodes[node as usize];
         let (_, hits) = slab.entries(&node.planes, ray.t_min, ray.t_max);
         for (child, link) in node.links.iter().take(node.children as usize).enumerate() {
             if hits >> child & 1 != 0 {
