@@ -210,9 +210,17 @@ pub(crate) struct WhatifArgs {
     /// Other contents of node records.
     #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = PossibleValuesParser::new(gpumodel::NodeRecords::ALL.map(gpumodel::NodeRecords::name)))]
     pub(crate) node_records: Vec<String>,
-    /// Other orders of nodes. Without any of these options, every change of layout, order and technique is tried.
+    /// Other orders of nodes.
     #[arg(long, value_name = "ORDER", value_delimiter = ',', value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
     pub(crate) node_order: Vec<String>,
+    /// Bins into which workgroups sort the reflection rays of the trace: sign, octahedral-4x4, position-2, position-sign-1, or other numbers. The unchanged
+    /// frame is then that of these rays in the order in which they arrive. Without any of these options, every change of layout, order and technique is
+    /// tried.
+    #[arg(long, value_name = "BINS", value_delimiter = ',')]
+    pub(crate) binning: Vec<String>,
+    /// The GPU of the unchanged frame, by name or file.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) base: Option<String>,
     /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
     #[arg(long, value_name = "FILE")]
     pub(crate) costs: Option<PathBuf>,

@@ -14,7 +14,7 @@ use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceHeader};
+use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceFile, TraceHeader};
 
 /// Program and version.
 pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
@@ -105,17 +105,42 @@ pub(crate) fn frame_answers(
     before: &Before,
     meter: &Meter,
 ) -> anyhow::Result<Vec<Answer>> {
+    let of_images =
+        |machines: &[Machine]| answers(&frame.tracer_for(machines), machines, maps, before, meter);
+    let of_lists = |machines: &[&Machine]| reflections::answers(frame, machines, maps, before, meter);
+    by_frame(machines, of_images, of_lists)
+}
+
+/// Replays a recorded frame on every machine; where a technique has reflections, those of the trace.
+pub(crate) fn trace_answers(
+    trace: &TraceFile,
+    machines: &[Machine],
+    maps: Maps,
+    before: &Before,
+    meter: &Meter,
+) -> anyhow::Result<Vec<Answer>> {
+    let of_images = |machines: &[Machine]| answers(trace, machines, maps, before, meter);
+    let of_lists =
+        |machines: &[&Machine]| reflections::recorded_answers(trace, machines, maps, before, meter);
+    by_frame(machines, of_images, of_lists)
+}
+
+/// Answers of machines, in their order, of which some replay images and the others, whose techniques have reflections, lists of rays.
+fn by_frame(
+    machines: &[Machine],
+    of_images: impl Fn(&[Machine]) -> anyhow::Result<Vec<Answer>>,
+    of_lists: impl Fn(&[&Machine]) -> anyhow::Result<Vec<Answer>>,
+) -> anyhow::Result<Vec<Answer>> {
     let (lists, images): (Vec<_>, Vec<_>) =
         (0..machines.len()).partition(|&index| machines[index].config.technique.reflections.is_some());
     let mut all: Vec<(usize, Answer)> = Vec::new();
     if !images.is_empty() {
-        let of_images: Vec<Machine> = images.iter().map(|&index| machines[index].clone()).collect();
-        let answers = answers(&frame.tracer_for(&of_images), &of_images, maps, before, meter)?;
-        all.extend(images.into_iter().zip(answers));
+        let machines: Vec<Machine> = images.iter().map(|&index| machines[index].clone()).collect();
+        all.extend(images.into_iter().zip(of_images(&machines)?));
     }
     if !lists.is_empty() {
-        let of_lists: Vec<&Machine> = lists.iter().map(|&index| &machines[index]).collect();
-        all.extend(lists.into_iter().zip(reflections::answers(frame, &of_lists, maps, before, meter)?));
+        let machines: Vec<&Machine> = lists.iter().map(|&index| &machines[index]).collect();
+        all.extend(lists.into_iter().zip(of_lists(&machines)?));
     }
     all.sort_by_key(|&(index, _)| index);
     Ok(all.into_iter().map(|(_, answer)| answer).collect())

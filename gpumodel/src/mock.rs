@@ -51,6 +51,7 @@ impl Recorded {
             shadow_query: tracer::Query::Any,
             raster: false,
             normals: true,
+            reflections: None,
             forced: Vec::new(),
             alpha: None,
             accel,
@@ -65,9 +66,11 @@ impl Recorded {
             depth: leaves.ilog2(),
             remarks: tracer::SceneRemarks::default(),
         };
-        let tiles = rays
-            .chunks(TILE_RAYS as usize)
-            .map(|rays| Tile { ray_sets: vec![ray_set(rays)], draws: Vec::new() });
+        let tiles = rays.chunks(TILE_RAYS as usize).map(|rays| Tile {
+            ray_sets: vec![ray_set(rays)],
+            draws: Vec::new(),
+            reflections: Vec::new(),
+        });
         Self { header, topology: complete_tree(leaves), tiles: tiles.collect() }
     }
 }

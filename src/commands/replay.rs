@@ -31,7 +31,10 @@ pub(crate) fn run(args: &ReplayArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let maps = if files.is_some() { Maps::Kept } else { Maps::Dropped };
     let answer = match &plan {
         Some(plan) => report::sampled_answer(&trace, &machine, plan, maps, &before, meter)?,
-        None => report::answer(&trace, &machine, maps, &before, meter)?,
+        None => {
+            let machines = std::slice::from_ref(&machine);
+            report::trace_answers(&trace, machines, maps, &before, meter)?.remove(0)
+        }
     };
     if let Some(file) = misses {
         write_misses(file, args.miss_trace_format, &answer, &machine)?;

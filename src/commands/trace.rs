@@ -8,6 +8,7 @@ use crate::meter::timed;
 use crate::output::{OutputFile, check_writable};
 use crate::progress::Progress;
 use crate::ray_sets::RayRequest;
+use crate::reflections;
 use crate::report::{of_first_sample, samples_per_pixel};
 use crate::settings::{FrameSettings, start_threads};
 use anyhow::bail;
@@ -41,9 +42,15 @@ pub(crate) fn run(args: &TraceArgs) -> anyhow::Result<Outcome> {
     let mut hits = args.hits.as_deref().map(HitsFile::create).transpose()?;
     let scene = LoadedScene::load(&args.scene)?;
     let frame = Frame::build(&scene, &settings)?;
+    let reflections = if rays.is_some() { None } else { reflections::record(&frame) };
     // A list of rays has no image to rasterise.
-    let tracer = frame.tracer(rays).with_raster();
-    let (written, trace_s) = timed(|| record(&tracer, &out, hits.as_mut()));
+    let mut tracer = frame.tracer(rays).with_raster();
+    let mut shaders = Vec::new();
+    if let Some((record, of_triangles)) = reflections {
+        tracer = tracer.with_reflection_record(record);
+        shaders = of_triangles;
+    }
+    let (written, trace_s) = timed(|| record(&tracer, &shaders, &out, hits.as_mut()));
     let (bytes, steps) = written?;
     if let Some(hits) = hits {
         hits.file.finish()?;
@@ -74,16 +81,17 @@ fn ray_sets(header: &TraceHeader) -> String {
 
 /// Writes the trace file of all tiles.
 pub(crate) fn record_all(tracer: &FrameTracer<'_>, out: &std::path::Path) -> anyhow::Result<()> {
-    record(tracer, out, None).map(drop)
+    record(tracer, &[], out, None).map(drop)
 }
 
-/// Traces all tiles, batch by batch, and writes them in order. Returns the file's size and its number of steps.
+/// Traces all tiles, batch by batch, and writes them in order; `shaders` are those of the triangles where the trace keeps reflections. Returns the file's size and its number of steps.
 fn record(
     tracer: &FrameTracer<'_>,
+    shaders: &[u32],
     out: &std::path::Path,
     mut hits: Option<&mut HitsFile>,
 ) -> anyhow::Result<(u64, u64)> {
-    let mut writer = TraceWriter::create(out, tracer.header(), tracer.topology())?;
+    let mut writer = TraceWriter::create_with_shaders(out, tracer.header(), tracer.topology(), shaders)?;
     let tiles = tracer.header().frame.tiles();
     let progress = Progress::tiles("tracing", u64::from(tiles));
     let batch = TILES_PER_THREAD * rayon::current_num_threads() as u32;

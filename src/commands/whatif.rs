@@ -10,16 +10,23 @@ use crate::output::OutputFolder;
 use crate::report::{self, Before};
 use crate::settings::start_threads;
 use crate::vary::{Axis, Variation};
-use gpumodel::Maps;
+use gpumodel::{Launch, Maps};
 use reports::comparison::{self, Comparison, Variant};
 use tracer::{NodeFetch, TileSource, TraceFile, TraceHeader};
 
+/// What rays are binned in: every reflection ray is traced, from a list as they arrive.
+const LISTED: &str = "reflections-direct";
 /// How the unchanged frame is called.
 const UNCHANGED: &str = "unchanged";
 
 pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let asked = changes(args)?;
-    let unchanged = MachineArgs { costs: args.costs.clone(), ..MachineArgs::default() };
+    let mut unchanged =
+        MachineArgs { gpu: args.base.clone(), costs: args.costs.clone(), ..MachineArgs::default() };
+    if !args.binning.is_empty() {
+        unchanged.technique = Some(LISTED.to_owned());
+        unchanged.reflections.launch = Some(Launch::Buffer.name().to_owned());
+    }
     let baseline = Machine::of_whole_frames(&unchanged)?;
     start_threads(args.run.threads)?;
     let (trace, load_s) = timed(|| TraceFile::open(&args.trace));
@@ -39,7 +46,7 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         }
     }
     let before = Before { load_s, build_s: None };
-    let answers = report::answers(&trace, &machines, Maps::Dropped, &before, meter)?;
+    let answers = report::trace_answers(&trace, &machines, Maps::Dropped, &before, meter)?;
     let mut variants: Vec<Variant> = labels
         .into_iter()
         .zip(answers)
@@ -73,6 +80,7 @@ fn changes(args: &WhatifArgs) -> anyhow::Result<Vec<Variation>> {
         (Axis::PrimitiveOrder, &args.primitive_order),
         (Axis::NodeRecords, &args.node_records),
         (Axis::NodeOrder, &args.node_order),
+        (Axis::Binning, &args.binning),
     ];
     let given = lists.into_iter().filter(|(_, values)| !values.is_empty());
     let lists = given.map(|(axis, values)| {

@@ -183,15 +183,6 @@ fn what_cannot_be_is_refused_with_its_reason() {
     assert!(rough.contains("no surface is smooth enough") && rough.contains("--force mirror"), "{rough}");
 }
 
-#[test]
-fn a_trace_is_of_pixels_and_says_so() {
-    let dir = folder();
-    let trace = dir.path().join("cornell.rbt");
-    raybudget(["trace", "cornell", "--size", "32x32", "-o", arg(&trace)]).ok();
-    let message = raybudget(["replay", arg(&trace), "--technique", "reflections-hybrid"]).refused();
-    assert!(message.contains("use profile or compare"), "{message}");
-}
-
 /// Width, height and pixels of a picture.
 fn decoded(path: &Path) -> (u32, u32, Vec<u8>) {
     let file = std::io::BufReader::new(fs::File::open(path).expect("a picture"));
@@ -259,4 +250,83 @@ fn variants_of_reflections_stand_side_by_side() {
     let (side_by_side, _, _) = decoded(&out.join("divergence.png"));
     assert!(alone < 2 * 504 && side_by_side > 2 * 504, "{alone} and {side_by_side} pixels wide");
     assert!(out.join("dram-lines.png").exists());
+}
+
+/// A trace of the frame, whose reflection rays it keeps.
+fn traced(path: &Path, options: &[&str]) {
+    raybudget(["trace"].iter().chain(&FRAME[1..]).chain(options).chain(&["-o", arg(path)])).ok();
+}
+
+#[test]
+fn a_trace_is_replayed_as_its_scene_is_profiled_in_every_order() {
+    let dir = folder();
+    let trace = dir.path().join("t.rbt");
+    traced(&trace, &[]);
+    let listed = ["--technique", "reflections-direct", "--launch", "buffer"];
+    for options in [
+        &["--technique", "reflections-direct"][..],
+        &["--technique", "reflections-pipeline"],
+        &listed,
+        &[&listed[..], &["--binning", "octahedral-4x4"]].concat(),
+        &[&listed[..], &["--binning", "position-sign-1", "--ray-unit", "ray"]].concat(),
+        &[&listed[..], &["--hit-shading", "visibility-buffer", "--binning", "sign"]].concat(),
+    ] {
+        let of_scene = profile(options);
+        let gpu = ["replay", arg(&trace), "--gpu", "mali-g715", "--format", "json"];
+        let of_trace = without_run(&raybudget(gpu.iter().chain(options)).json());
+        for key in ["counters", "passes", "notes", "left_out", "inputs"] {
+            assert_eq!(of_trace[key], of_scene[key], "{options:?}: {key}");
+        }
+    }
+    let maps = dir.path().join("maps");
+    raybudget(["replay", arg(&trace), "--gpu", "mali-g715", "-o", arg(&maps)].iter().chain(&listed)).ok();
+    assert!(names_in(&maps).contains(&"coverage.png".to_owned()), "{:?}", names_in(&maps));
+}
+
+#[test]
+fn what_a_trace_of_reflections_does_not_tell_is_refused() {
+    let dir = folder();
+    let trace = dir.path().join("t.rbt");
+    traced(&trace, &[]);
+    let refused = |trace: &Path, options: &[&str]| {
+        raybudget(["replay", arg(trace), "--gpu", "mali-g715"].iter().chain(options)).refused()
+    };
+    let screen = refused(&trace, &["--technique", "reflections-hybrid"]);
+    assert!(screen.contains("depths") && screen.contains("--screen-space none"), "{screen}");
+    let direct = ["--technique", "reflections-direct"];
+    let materials = refused(&trace, &[&direct[..], &["--materials", "4"]].concat());
+    assert!(materials.contains("--materials 4") && materials.contains("profile the scene"), "{materials}");
+    let sampled = refused(&trace, &[&direct[..], &["--fidelity", "sampled"]].concat());
+    assert!(sampled.contains("lists them anew"), "{sampled}");
+    let rough = dir.path().join("rough.rbt");
+    raybudget(["trace", "teapot", "--size", "32x32", "-o", arg(&rough)]).ok();
+    let none = refused(&rough, &direct);
+    assert!(none.contains("--force mirror"), "{none}");
+    let whatif = raybudget(["whatif", arg(&rough), "--binning", "sign"]).refused();
+    assert!(whatif.contains("--force mirror"), "{whatif}");
+}
+
+#[test]
+fn whatif_bins_the_rays_of_a_trace() {
+    let dir = folder();
+    let trace = dir.path().join("t.rbt");
+    traced(&trace, &[]);
+    let given = ["--base", "mali-g715", "--binning", "sign,octahedral-2x2", "--layout", "split"];
+    let whatif = raybudget(["whatif", arg(&trace), "--format", "json"].iter().chain(&given)).json();
+    let variants = whatif["variants"].as_array().expect("variants");
+    let labels: Vec<&str> = variants.iter().map(|of| of["values"][0].as_str().expect("a label")).collect();
+    assert_eq!(labels[0], "unchanged");
+    let technique = ["--technique", "reflections-direct", "--launch", "buffer"];
+    for (label, options) in [
+        ("unchanged", &[][..]),
+        ("binning sign", &["--binning", "sign"]),
+        ("binning octahedral-2x2", &["--binning", "octahedral-2x2"]),
+        ("layout split", &["--layout", "split"]),
+    ] {
+        let place = labels.iter().position(|&found| found == label).expect("it is among them");
+        let expected = profile(&[&technique[..], options].concat());
+        assert_eq!(variants[place]["report"]["counters"], expected["counters"], "{label}");
+    }
+    let unknown = raybudget(["whatif", arg(&trace), "--binning", "colour"]).refused();
+    assert!(unknown.contains("--binning colour"), "{unknown}");
 }

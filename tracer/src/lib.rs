@@ -46,10 +46,10 @@ pub use scenes::Feature;
 pub use secondary::{ReflectionRays, SecondaryRays, SoftShadows};
 pub use topology::{Topology, TopologyNode};
 pub use trace::{
-    Choice, Forced, Frame, MAX_TILE_STEPS, Omission, RaySet, Recorder, SceneRemarks, Step, TILE_EDGE,
-    TILE_RAYS, Tile, TileOutline, TileRect, TileSource, TraceHeader,
+    Choice, Forced, Frame, MAX_TILE_STEPS, Omission, RayLine, RaySet, Recorder, ReflectionRecord,
+    SceneRemarks, Step, TILE_EDGE, TILE_RAYS, Tile, TileOutline, TileRect, TileSource, TraceHeader,
 };
-pub use trace_file::{EncodedTile, TraceFile, TraceWriter};
+pub use trace_file::{EncodedTile, MOST_SHADERS, TraceFile, TraceWriter};
 pub use tracing::{FrameTracer, Rays, SceneIdentity};
 pub use triangle::{PreparedTriangle, RayTriangle, TriangleTest, WatertightTriangle};
 pub use view::{Departure, RayOffset, View};

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::ray::{Hit, Query, Ray};
 use crate::ray_set::{RayKind, RaySetId};
 use crate::sampling::{Points, cosine_weighted, glossy_reflection, mirror_reflection, point_of_sphere};
-use crate::trace::RaySet;
+use crate::trace::{RayLine, RaySet};
 use glam::Vec3;
 
 /// Which rays follow each primary hit. Directions depend on the seed, the pixel and the sample alone.
@@ -111,8 +111,8 @@ impl SecondaryRays {
         if self.reflections.iter().flatten().any(glossy) { self.samples } else { 1 }
     }
 
-    /// Casts the rays that follow `hit`, which `direction` (unit length) led to, into the sets of [`Self::ray_sets`]. Returns how
-    /// many traversals their loop bound ended.
+    /// Casts the rays that follow `hit`, which `direction` (unit length) led to, into the sets of [`Self::ray_sets`]. `lines` takes the first
+    /// reflection ray, if there is one. Returns how many traversals their loop bound ended.
     ///
     /// # Errors
     /// When the tile takes too many steps.
@@ -120,9 +120,9 @@ impl SecondaryRays {
         &self,
         scene: &Scene<'_>,
         pixel: u64,
-        hit: &Hit,
-        direction: Vec3,
+        (hit, direction): (&Hit, Vec3),
         sets: &mut [RaySet],
+        lines: Option<&mut Vec<RayLine>>,
     ) -> Result<u64, Error> {
         if sets.is_empty() {
             return Ok(0);
@@ -146,9 +146,15 @@ impl SecondaryRays {
         if let Some(reflections) = &self.reflections {
             let points = reflection_points(self.seed, pixel);
             let surface = reflections[hit.primitive as usize];
-            for sample in 0..self.reflection_samples() {
+            let ray = |sample: u32| {
                 let reflected = surface.direction(sample, direction, from.normal, &points);
-                caster.cast_and_light(reflected.map(|reflected| from.ray(reflected)), &self.lights)?;
+                reflected.map(|reflected| from.ray(reflected))
+            };
+            if let (Some(lines), Some(ray)) = (lines, ray(0)) {
+                lines.push(RayLine { origin: ray.origin.to_array(), direction: ray.direction.to_array() });
+            }
+            for sample in 0..self.reflection_samples() {
+                caster.cast_and_light(ray(sample), &self.lights)?;
             }
         }
         if let Some(radius) = self.ambient_occlusion {
@@ -248,7 +254,8 @@ mod tests {
             let primary = view.primary_ray(pixel % 20, pixel / 20);
             let hit = brute_force(&triangles, &primary);
             let mut sets = vec![RaySet::default(); rays.ray_sets().len()];
-            rays.cast(&scene, u64::from(pixel), &hit, primary.direction, &mut sets).expect("few steps");
+            rays.cast(&scene, u64::from(pixel), (&hit, primary.direction), &mut sets, None)
+                .expect("few steps");
             let mut expected = Expected { triangles: &triangles, offset, answers: Vec::new() };
             if hit.is_hit() {
                 let from = scene.departure(&hit, primary.direction);

@@ -166,13 +166,24 @@ impl RaySet {
     }
 }
 
+/// Where a ray starts, and where it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayLine {
+    /// Its origin.
+    pub origin: [f32; 3],
+    /// Its direction.
+    pub direction: [f32; 3],
+}
+
 /// One tile of a trace: a ray set for each entry of [`TraceHeader::ray_sets`], each with a ray per pixel of the tile.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tile {
     /// In the order of the header.
     pub ray_sets: Vec<RaySet>,
     /// What a rasteriser draws in this tile from the same camera, in file order; empty unless [`TraceHeader::raster`].
     pub draws: Vec<TileDraw>,
+    /// Of each pixel with a reflection ray that was cast, in rows, that of the first sample; empty unless [`TraceHeader::reflections`].
+    pub reflections: Vec<RayLine>,
 }
 
 /// Records steps into a set.
@@ -245,6 +256,16 @@ pub enum Choice {
     Out,
 }
 
+/// What is known of a frame's reflections besides what their rays visit, so that a replay can sort these rays and what they hit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReflectionRecord {
+    /// The scene's box: its least and its largest coordinates.
+    pub bounds: [[f32; 3]; 2],
+    /// What a report should say of the shaders of triangles, in a sentence.
+    pub shaders: String,
+}
+
 fn any_hit() -> Query {
     Query::Any
 }
@@ -287,6 +308,9 @@ pub struct TraceHeader {
     /// Whether shading reads normals of triangles; without them a hit has the flat normal of its vertices.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub normals: bool,
+    /// Where tiles also hold the lines of reflection rays, and the trace the shader of each triangle; only with an image of such rays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reflections: Option<ReflectionRecord>,
     /// What was forced in or out, against what the scene needs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub forced: Vec<Forced>,

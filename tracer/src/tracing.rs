@@ -9,7 +9,9 @@ use crate::ray::{Hit, Query, Ray};
 use crate::ray_set::RaySetId;
 use crate::secondary::SecondaryRays;
 use crate::topology::Topology;
-use crate::trace::{Forced, Frame, Recorder, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader};
+use crate::trace::{
+    Forced, Frame, Recorder, ReflectionRecord, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader,
+};
 use crate::view::{RayOffset, View};
 use glam::Vec3;
 use scenes::Triangle;
@@ -74,6 +76,7 @@ pub(crate) fn header(
         shadow_query: Query::Any,
         raster: false,
         normals: true,
+        reflections: None,
         forced: Vec::new(),
         alpha: structure.alpha().cloned(),
         accel: traversal.accel(),
@@ -151,6 +154,13 @@ impl<'a> FrameTracer<'a> {
         self
     }
 
+    /// The same tracer, which also keeps the lines of reflection rays; one that casts none stays as it is.
+    #[must_use]
+    pub fn with_reflection_record(mut self, record: ReflectionRecord) -> Self {
+        self.header.reflections = self.secondary.reflections.is_some().then_some(record);
+        self
+    }
+
     /// The same tracer of a frame that shades without normals of triangles.
     #[must_use]
     pub fn without_normals(mut self) -> Self {
@@ -205,6 +215,8 @@ impl<'a> FrameTracer<'a> {
         let rect = self.header.frame.tile(index);
         tile.ray_sets.resize_with(self.header.ray_sets.len(), Default::default);
         tile.ray_sets.iter_mut().for_each(crate::trace::RaySet::clear);
+        tile.reflections.clear();
+        let mut lines = self.header.reflections.is_some().then_some(&mut tile.reflections);
         let (primary_set, other_sets) =
             tile.ray_sets.split_first_mut().expect("the primary rays are always there");
         let (shadow_sets, secondary_sets) = other_sets.split_at_mut(self.lights.len());
@@ -236,7 +248,9 @@ impl<'a> FrameTracer<'a> {
                     stalls += recorder.stalls();
                     set.end_ray(occluder.primitive)?;
                 }
-                stalls += self.secondary.cast(&self.scene, number, &hit, ray.direction, secondary_sets)?;
+                let lines = lines.as_deref_mut();
+                stalls +=
+                    self.secondary.cast(&self.scene, number, (&hit, ray.direction), secondary_sets, lines)?;
             }
         }
         Ok(stalls)

@@ -213,10 +213,14 @@ fn instances_of_a_mesh_may_be_tested_apart() {
     let instances = [Instance::identity(0), Instance::identity(0)];
     let tests =
         AlphaTests { mode: AlphaMode::Cull, tested: TestedTriangles::of([true, false]), micromap: None };
-    let structure =
-        AccelerationStructure::build_two_level(&[mesh.clone()], &instances, None, &BuildOptions::default())
-            .and_then(|structure| structure.with_alpha(tests))
-            .unwrap();
+    let structure = AccelerationStructure::build_two_level(
+        std::slice::from_ref(&mesh),
+        &instances,
+        None,
+        &BuildOptions::default(),
+    )
+    .and_then(|structure| structure.with_alpha(tests))
+    .unwrap();
     assert_eq!(structure.traversal().accel(), Accel::TwoLevel);
     let [a, b, c] = mesh[0].v;
     let inside = (a + b + c) / 3.0;

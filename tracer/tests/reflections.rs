@@ -4,7 +4,9 @@ mod reflection_support;
 
 use glam::Vec3;
 use reflection_support::{World, settings};
-use tracer::reflections::{March, MarchEnd, Outcome, ReflectionRay, ReflectionTracer, Reflections};
+use tracer::reflections::{
+    March, MarchEnd, Outcome, ReflectionList, ReflectionRay, ReflectionTracer, Reflections,
+};
 use tracer::{
     AlphaMode, AlphaTests, BuildOptions, FrameTracer, Query, RayKind, RaySet, RaySetId, Rays, ReflectionRays,
     SceneIdentity, SecondaryRays, Silent, Step, TestedTriangles, Tile, TileSource, TraceWriter,

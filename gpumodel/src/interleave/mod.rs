@@ -329,7 +329,7 @@ impl Interleaver {
     /// Finds the next turn of a core.
     fn plan(&mut self, core: usize) {
         let slots = core * self.slots..(core + 1) * self.slots;
-        let place = slots.start + first_of(&self.ready[slots]);
+        let place = slots.start + first_of_many(&self.ready[slots]);
         self.next[core] = place;
         let Slot { words, next, .. } = &self.resident[place];
         self.next_words[core] = words.get(next.start).copied().unwrap_or_default();
@@ -437,4 +437,24 @@ fn first_of(times: &[f64]) -> usize {
         }
     }
     first
+}
+
+/// As [`first_of`], for many numbers: every fourth is searched by itself, so that no comparison waits for the one before. A core has up to 128 slots, of which
+/// that finds the first in a third of the time; of a dozen cores it would take longer.
+fn first_of_many(times: &[f64]) -> usize {
+    const SEARCHES: usize = 4;
+    let (rows, rest) = times.as_chunks::<SEARCHES>();
+    let (mut leasts, mut firsts) = ([f64::INFINITY; SEARCHES], [0; SEARCHES]);
+    for (row, times) in rows.iter().enumerate() {
+        for search in 0..SEARCHES {
+            let less = times[search] < leasts[search];
+            leasts[search] = if less { times[search] } else { leasts[search] };
+            firsts[search] = if less { row } else { firsts[search] };
+        }
+    }
+    let of_rows = (0..SEARCHES).map(|search| (leasts[search], firsts[search] * SEARCHES + search));
+    let of_rest = rest.iter().copied().zip(rows.len() * SEARCHES..);
+    let earlier =
+        |a: (f64, usize), b: (f64, usize)| if b.0 < a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a };
+    of_rows.chain(of_rest).reduce(earlier).map_or(0, |(_, place)| place)
 }

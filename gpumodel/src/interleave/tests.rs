@@ -203,3 +203,15 @@ fn turns_that_are_looked_at_tell_how_many_lines_they_have_on_their_way_and_how_u
     // The texture L1 belongs to a core, so what it has is not on its way.
     assert_eq!((waits.turns, waits.lines, waits.squares), (4, 1 + 2 + 3, 1 + 4 + 9));
 }
+
+proptest! {
+    #[test]
+    fn the_first_of_the_least_is_found_in_either_way(
+        times in prop::collection::vec(prop_oneof![(0_u8..6).prop_map(f64::from), Just(f64::INFINITY)], 1..140),
+    ) {
+        let least = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let expected = times.iter().position(|&time| time == least);
+        prop_assert_eq!(Some(first_of(&times)), expected);
+        prop_assert_eq!(Some(first_of_many(&times)), expected);
+    }
+}

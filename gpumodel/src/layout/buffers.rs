@@ -224,7 +224,7 @@ struct Records {
 impl Buffers {
     /// Lays out what `source` traverses. `warps` can be resident at once; lines are those of the paths of storage
     /// buffers and of private memory.
-    pub(crate) fn new<S: TileSource>(
+    pub(crate) fn new<S: TileSource + ?Sized>(
         source: &S,
         config: &ReplayConfig,
         warps: u32,

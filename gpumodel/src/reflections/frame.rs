@@ -22,8 +22,8 @@ use crate::prepared::{caches, registers};
 use crate::replay::{Maps, ReplayConfig, Replayed};
 use crate::schedule::LaneMap;
 use crate::warp::{Program, Walk};
-use tracer::reflections::{NO_RAY, ReflectionTracer};
-use tracer::{Frame, NOT_CAST, RayKind, RaySetId, TILE_RAYS, TileSource, TraceHeader};
+use tracer::reflections::{NO_RAY, ReflectionList};
+use tracer::{Frame, NOT_CAST, RayKind, RaySetId, TILE_RAYS, TraceHeader};
 
 /// A frame of reflections on its way through a GPU.
 pub(super) struct Replay<'a, 'f> {
@@ -41,7 +41,7 @@ pub(super) struct Replay<'a, 'f> {
 
 /// What a list of rays is traced with.
 struct Tracing<'a> {
-    rays: ReflectionTracer<'a>,
+    rays: Box<dyn ReflectionList + 'a>,
     program: Program,
     walk: Walk,
     lane_map: LaneMap,
@@ -147,7 +147,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         let warps = self.resident_warps(registers(header, config)?.max(own_registers))?;
         let (hierarchy, paths) = caches(gpu, gpu.ray_unit_for(header).is_some())?;
         let lines = [paths.traversal, paths.private].map(|path| hierarchy.granule(path));
-        let mut buffers = Buffers::new(&rays, config, gpu.cores.count * warps, lines[0], lines[1])?;
+        let mut buffers = Buffers::new(&*rays, config, gpu.cores.count * warps, lines[0], lines[1])?;
         if let Some(pipeline) = &self.pipeline {
             buffers.add_call_frames(pipeline.stack_bytes(), gpu.cores.count * warps, lines[1]);
         }
@@ -159,10 +159,12 @@ impl<'a, 'f> Replay<'a, 'f> {
 
     fn lists(&self, tracing: &Tracing<'_>, by_material: bool) -> Lists {
         let Self { frame, technique, .. } = self;
-        let gbuffer = frame.reflections.gbuffer();
-        let levels =
-            if technique.screen_space == ScreenSpace::Hierarchical { gbuffer.depth().levels() } else { 1 };
-        let levels: Vec<(u32, u32)> = (0..levels).map(|level| gbuffer.depth().size(level).into()).collect();
+        let levels: Vec<(u32, u32)> = match frame.reflections.depth() {
+            Some(depth) if technique.screen_space == ScreenSpace::Hierarchical => {
+                (0..depth.levels()).map(|level| depth.size(level).into()).collect()
+            }
+            _ => vec![size(frame.reflections)],
+        };
         let rays = frame.reflections.rays().len() as u32;
         let lists = (by_material, self.pipeline.map_or(0, |pipeline| pipeline.record_bytes()));
         Lists::new(tracing.program.buffers.end, &levels, rays, shaders(frame), lists)
@@ -253,7 +255,7 @@ impl<'a, 'f> Replay<'a, 'f> {
             lane_map,
             prices: self.prices,
             lists,
-            rays,
+            rays: &**rays,
             width: size(frame.reflections).0,
             shaders: frame.shaders,
             from,

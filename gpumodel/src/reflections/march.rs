@@ -36,7 +36,7 @@ impl MarchPass<'_> {
     /// A warp of these pixels, up to where its lanes know whether they have a ray that is left.
     pub(super) fn look_up(&self, emitter: &mut Emitter, pixels: &[u32]) {
         let Self { program, prices, frame, lists, .. } = self;
-        let [width, _] = frame.gbuffer().size();
+        let [width, _] = frame.size();
         let inside = || pixels.iter().copied().filter(|&pixel| pixel != HELPER);
         let at = |pixel: u32| (pixel % width, pixel / width);
         let lanes = inside().count() as u64;

@@ -23,10 +23,10 @@ mod tests;
 pub use self::maps::{Coverage, LaneSlots, ReflectionMaps};
 
 use self::prices::Prices;
-use crate::config::Reflections as Technique;
+use crate::config::{Reflections as Technique, ScreenSpace};
 use crate::error::Error;
 use crate::replay::{Fidelity, Maps, ReplayConfig, Replayed};
-use tracer::reflections::{ReflectionTracer, Reflections};
+use tracer::reflections::{ReflectionList, Reflections};
 use tracer::{Aabb, TraceHeader};
 
 /// A frame of reflections, as the tracer knows it.
@@ -43,7 +43,7 @@ pub struct ReflectionFrame<'a> {
 
 /// Traces reflection rays in an order.
 pub type ListTracer<'a> =
-    dyn Fn(Vec<u32>, Shadows) -> Result<ReflectionTracer<'a>, tracer::Error> + Sync + 'a;
+    dyn Fn(Vec<u32>, Shadows) -> Result<Box<dyn ReflectionList + 'a>, tracer::Error> + Sync + 'a;
 
 /// Whether shadow rays are traced from what reflection rays hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +77,10 @@ pub fn replay_reflections(
     let Some(technique) = &config.technique.reflections else {
         return Err(refuse(config, "has no [reflections]", "use one of reflections-*"));
     };
+    if technique.screen_space != ScreenSpace::None && frame.reflections.depth().is_none() {
+        let problem = "looks rays up on a screen whose depths the trace does not have";
+        return Err(refuse(config, problem, "use --screen-space none, or profile the scene"));
+    }
     if config.fidelity == Fidelity::Timed {
         let problem = "has several shaders, which are not simulated event by event";
         return Err(refuse(config, problem, "use --fidelity replay"));
@@ -113,6 +117,5 @@ fn refuse(config: &ReplayConfig, problem: &str, remedy: &str) -> Error {
 }
 
 fn size(reflections: &Reflections<'_>) -> (u32, u32) {
-    let [width, height] = reflections.gbuffer().size();
-    (width, height)
+    reflections.size().into()
 }

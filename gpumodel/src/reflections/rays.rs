@@ -13,8 +13,8 @@ use crate::replay::{Maps, refuse};
 use crate::schedule::{HELPER, LaneMap};
 use crate::warp::{Emitter, Program, TileStreams, Walk, WarpSteps};
 use crate::workshop::per_ray;
-use tracer::reflections::ReflectionTracer;
-use tracer::{NOT_CAST, TILE_RAYS, TileSource};
+use tracer::reflections::ReflectionList;
+use tracer::{NOT_CAST, TILE_RAYS};
 
 /// Where its lanes find their rays.
 pub(super) enum From<'a> {
@@ -43,7 +43,7 @@ pub(super) struct RayPass<'a> {
     pub(super) prices: Prices<'a>,
     pub(super) lists: &'a Lists,
     /// By place.
-    pub(super) rays: &'a ReflectionTracer<'a>,
+    pub(super) rays: &'a (dyn ReflectionList + 'a),
     pub(super) width: u32,
     /// By triangle, its shader.
     pub(super) shaders: &'a [u32],

@@ -8,7 +8,7 @@ use crate::ordering::Binning;
 use crate::replay::{Maps, ReplayConfig};
 use scenes::Light;
 use tracer::reflections::{
-    GBuffer, March, Outcome, QueryOrigin, ReflectionSettings, ReflectionTracer, Reflections,
+    GBuffer, March, Outcome, QueryOrigin, ReflectionList, ReflectionSettings, ReflectionTracer, Reflections,
 };
 use tracer::wide::NodeFormat;
 use tracer::{
@@ -45,7 +45,9 @@ pub(super) fn cornell<T>(
     let list = |order: Vec<u32>, shadows: Shadows| {
         let lights = if shadows == Shadows::Traced { lights.clone() } else { Vec::new() };
         let identity = SceneIdentity { name: "cornell".to_owned(), hash: 0 };
-        ReflectionTracer::new(&structure, &options, &triangles, identity, reflections.rays(), order, lights)
+        let rays = reflections.rays();
+        ReflectionTracer::new(&structure, &options, &triangles, identity, rays, order, lights)
+            .map(|tracer| Box::new(tracer) as Box<dyn ReflectionList>)
     };
     let shaders: Vec<u32> = (0..triangles.len() as u32).map(|triangle| triangle % 5).collect();
     let bounds = triangles.iter().map(Aabb::of_triangle).fold(Aabb::EMPTY, Aabb::union);

@@ -2,6 +2,7 @@
 
 use super::gbuffer::GBuffer;
 use super::march::{March, MarchEnd};
+use super::pyramid::DepthPyramid;
 use super::screen_ray::ScreenRay;
 use crate::ray::Ray;
 use crate::secondary::{ReflectionRays, reflection_points};
@@ -63,24 +64,33 @@ pub struct ReflectionRay {
 ///
 /// Memory: 12 bytes per pixel and 36 per query, twice that while it is built. Marches are not kept; [`Self::march`] goes the same way again.
 pub struct Reflections<'a> {
-    gbuffer: &'a GBuffer<'a>,
-    settings: ReflectionSettings<'a>,
+    size: [u32; 2],
+    /// What is marched through; none where all is left to ray queries that were recorded.
+    screen: Option<Screen<'a>>,
     outcomes: Vec<Outcome>,
     rays: Vec<ReflectionRay>,
     /// By pixel, texels that its march reads.
     texels: Vec<u32>,
 }
 
+#[derive(Clone, Copy)]
+struct Screen<'a> {
+    gbuffer: &'a GBuffer<'a>,
+    settings: ReflectionSettings<'a>,
+}
+
 impl<'a> Reflections<'a> {
     /// Marches all rays, in parallel.
     pub fn new(gbuffer: &'a GBuffer<'a>, settings: ReflectionSettings<'a>) -> Self {
+        let screen = Screen { gbuffer, settings };
+        let size = gbuffer.size();
         let mut reflections =
-            Self { gbuffer, settings, outcomes: Vec::new(), rays: Vec::new(), texels: Vec::new() };
+            Self { size, screen: Some(screen), outcomes: Vec::new(), rays: Vec::new(), texels: Vec::new() };
         let pixels = gbuffer.pixels();
-        let band = gbuffer.size()[0].max(1).saturating_mul(TILE_EDGE);
+        let band = size[0].max(1).saturating_mul(TILE_EDGE);
         let bands: Vec<_> = (0..pixels.div_ceil(band))
             .into_par_iter()
-            .map(|index| reflections.band(index * band..pixels.min((index + 1).saturating_mul(band))))
+            .map(|index| screen.band(index * band..pixels.min((index + 1).saturating_mul(band))))
             .collect();
         for Band { outcomes, rays, texels } in bands {
             reflections.outcomes.extend(outcomes);
@@ -90,6 +100,56 @@ impl<'a> Reflections<'a> {
         reflections
     }
 
+    /// Rays that were recorded, in the order of their pixels, none of which was looked up on the screen.
+    pub(super) fn recorded(size: [u32; 2], outcomes: Vec<Outcome>, rays: Vec<ReflectionRay>) -> Self {
+        let texels = vec![0; outcomes.len()];
+        Self { size, screen: None, outcomes, rays, texels }
+    }
+
+    /// Pixels per row, and rows.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// What is marched through; `None` for [`RecordedReflections`](super::RecordedReflections).
+    pub fn depth(&self) -> Option<&DepthPyramid> {
+        self.screen.map(|screen| screen.gbuffer.depth())
+    }
+
+    /// What becomes of each pixel's ray, in rows: the coverage of the technique.
+    pub fn outcomes(&self) -> &[Outcome] {
+        &self.outcomes
+    }
+
+    /// How many texels of the depths each pixel's march reads, in rows.
+    pub fn texels(&self) -> &[u32] {
+        &self.texels
+    }
+
+    /// The rays to query, in the order of their pixels.
+    pub fn rays(&self) -> &[ReflectionRay] {
+        &self.rays
+    }
+
+    /// A pixel's reflection ray, from its surface; none in the sky, from rough surfaces, and where rays were recorded.
+    ///
+    /// # Panics
+    /// When there is no such pixel.
+    pub fn ray(&self, pixel: u32) -> Option<Ray> {
+        self.screen?.ray(pixel)
+    }
+
+    /// The march of a pixel's ray; none where there is no ray, or no march in this frame. `observer` sees the level, `x` and `y` of every texel
+    /// of the depths that it reads, in order. Where the ray is behind a texel's surface by little, its normal is read as well.
+    ///
+    /// # Panics
+    /// When there is no such pixel.
+    pub fn march(&self, pixel: u32, observer: impl FnMut(u32, u32, u32)) -> Option<MarchEnd> {
+        self.screen?.march(pixel, observer)
+    }
+}
+
+impl Screen<'_> {
     fn band(&self, pixels: std::ops::Range<u32>) -> Band {
         let mut band = Band::default();
         for pixel in pixels {
@@ -116,31 +176,7 @@ impl<'a> Reflections<'a> {
         }
     }
 
-    /// What each pixel shows.
-    pub fn gbuffer(&self) -> &GBuffer<'a> {
-        self.gbuffer
-    }
-
-    /// What becomes of each pixel's ray, in rows: the coverage of the technique.
-    pub fn outcomes(&self) -> &[Outcome] {
-        &self.outcomes
-    }
-
-    /// How many texels of the depths each pixel's march reads, in rows.
-    pub fn texels(&self) -> &[u32] {
-        &self.texels
-    }
-
-    /// The rays to query, in the order of their pixels.
-    pub fn rays(&self) -> &[ReflectionRay] {
-        &self.rays
-    }
-
-    /// A pixel's reflection ray, from its surface; none in the sky and from rough surfaces.
-    ///
-    /// # Panics
-    /// When there is no such pixel.
-    pub fn ray(&self, pixel: u32) -> Option<Ray> {
+    fn ray(&self, pixel: u32) -> Option<Ray> {
         let surface = self.settings.surfaces[self.gbuffer.triangle(pixel)? as usize];
         let from = self.gbuffer.departure(pixel)?;
         let points = reflection_points(self.settings.seed, u64::from(pixel));
@@ -148,12 +184,7 @@ impl<'a> Reflections<'a> {
         Some(from.ray(direction))
     }
 
-    /// The march of a pixel's ray; none where there is no ray, or no march in this frame. `observer` sees the level, `x` and `y` of every texel
-    /// of the depths that it reads, in order. Where the ray is behind a texel's surface by little, its normal is read as well.
-    ///
-    /// # Panics
-    /// When there is no such pixel.
-    pub fn march(&self, pixel: u32, observer: impl FnMut(u32, u32, u32)) -> Option<MarchEnd> {
+    fn march(&self, pixel: u32, observer: impl FnMut(u32, u32, u32)) -> Option<MarchEnd> {
         let march = self.settings.march?;
         let ray = self.ray(pixel)?;
         let depth = self.gbuffer.depth();

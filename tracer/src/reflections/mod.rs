@@ -13,6 +13,7 @@ mod linear;
 mod march;
 mod pyramid;
 mod ray_tracer;
+mod recorded;
 mod screen_ray;
 #[cfg(test)]
 mod tests;
@@ -21,4 +22,5 @@ pub use frame::{Outcome, QueryOrigin, ReflectionRay, ReflectionSettings, Reflect
 pub use gbuffer::GBuffer;
 pub use march::{March, MarchBounds, MarchEnd};
 pub use pyramid::DepthPyramid;
-pub use ray_tracer::{NO_RAY, ReflectionTracer};
+pub use ray_tracer::{NO_RAY, ReflectionList, ReflectionTracer};
+pub use recorded::{RecordedList, RecordedReflections};

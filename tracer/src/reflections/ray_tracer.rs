@@ -17,6 +17,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// A place of a list without a ray.
 pub const NO_RAY: u32 = u32::MAX;
 
+/// A list of reflection rays, at most one for each pixel of an image.
+pub trait ReflectionList: TileSource {
+    /// Whose ray is at a place of the frame, if there is one.
+    ///
+    /// # Panics
+    /// When there is no such place.
+    fn pixel(&self, place: u32) -> Option<u32>;
+}
+
 /// Traces a list of reflection rays in a given order, and from what they hit a shadow ray to each light.
 ///
 /// Its frame is that list, so its sets have no primary rays, and a trace file does not take it.
@@ -81,21 +90,20 @@ impl<'a> ReflectionTracer<'a> {
         self
     }
 
-    /// Whose ray is at a place of the frame, if there is one.
-    ///
-    /// # Panics
-    /// When there is no such place.
-    pub fn pixel(&self, place: u32) -> Option<u32> {
-        self.ray(place).map(|ray| ray.pixel)
-    }
-
     fn ray(&self, place: u32) -> Option<&ReflectionRay> {
         let ray = self.order[place as usize];
         (ray != NO_RAY).then(|| &self.rays[ray as usize])
     }
 }
 
-fn check_order(order: &[u32], rays: usize) -> Result<(), Error> {
+impl ReflectionList for ReflectionTracer<'_> {
+    fn pixel(&self, place: u32) -> Option<u32> {
+        self.ray(place).map(|ray| ray.pixel)
+    }
+}
+
+/// Says whether `order` has each of `rays` rays once.
+pub(super) fn check_order(order: &[u32], rays: usize) -> Result<(), Error> {
     let mut seen = vec![false; rays];
     let mut once = |&ray: &u32| seen.get_mut(ray as usize).is_some_and(|seen| !std::mem::replace(seen, true));
     match order.iter().position(|ray| *ray != NO_RAY && !once(ray)) {
@@ -124,6 +132,7 @@ impl TileSource for ReflectionTracer<'_> {
 
     fn tile(&self, index: u32, tile: &mut Tile) -> Result<(), Error> {
         tile.draws.clear();
+        tile.reflections.clear();
         tile.ray_sets.resize_with(self.header.ray_sets.len(), Default::default);
         tile.ray_sets.iter_mut().for_each(RaySet::clear);
         let rect = self.header.frame.tile(index);

@@ -4,6 +4,7 @@
 //! [`super::shape`].
 
 use super::ray_steps::{decode_steps, encode_steps};
+use super::reflection_lines;
 use crate::observe::{DECIDED_BY_MICROMAP, NodeFetch, Op};
 use crate::raster::TileDraw;
 use crate::ray::{NO_HIT, NOT_CAST};
@@ -47,6 +48,9 @@ pub(super) fn encode_tile(tile: &Tile, header: &TraceHeader) -> Vec<u8> {
     }
     if header.raster {
         encode_draws(&tile.draws, &mut bytes);
+    }
+    if header.reflections.is_some() {
+        reflection_lines::encode(&tile.reflections, &mut bytes);
     }
     bytes
 }
@@ -137,6 +141,13 @@ impl Reader<'_> {
         if value > limit { Err(format!("{what} {value}, at most {limit} expected")) } else { Ok(value) }
     }
 
+    /// The next bytes as they are.
+    pub(super) fn fixed<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let bytes = self.bytes.get(self.position..).and_then(|rest| rest.first_chunk::<N>());
+        self.position += N;
+        bytes.copied().ok_or_else(|| "the data end inside a record".to_owned())
+    }
+
     pub(super) fn finish(&self) -> Result<(), String> {
         match self.bytes.len() - self.position {
             0 => Ok(()),
@@ -155,6 +166,8 @@ pub(super) struct Limits {
     pub(super) raster: bool,
     /// Bits of an any-hit step's id that are no part of the position.
     pub(super) any_hit_flags: u32,
+    /// The set of reflection rays whose lines are kept, if any are.
+    pub(super) lines_of: Option<usize>,
 }
 
 impl Limits {
@@ -190,6 +203,7 @@ impl Limits {
             } else {
                 0
             },
+            lines_of: header.reflections.as_ref().and_then(|_| reflection_lines::set(&header.ray_sets)),
         }
     }
 }
@@ -232,6 +246,11 @@ pub(super) fn decode_tile(
     tile.draws.clear();
     if limits.raster {
         decode_draws(&mut reader, rect, limits.triangles, &mut tile.draws)?;
+    }
+    tile.reflections.clear();
+    if let Some(set) = limits.lines_of {
+        let rays = reflection_lines::cast(&tile.ray_sets, set).count();
+        reflection_lines::decode(&mut reader, rays, &mut tile.reflections)?;
     }
     reader.finish()
 }

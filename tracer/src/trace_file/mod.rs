@@ -5,11 +5,12 @@
 mod codec;
 mod ray_steps;
 mod reader;
+pub(crate) mod reflection_lines;
 mod shape;
 mod writer;
 
 use crate::accel::Accel;
-use crate::trace::{Frame, TraceHeader};
+use crate::trace::{Frame, ReflectionRecord, TraceHeader};
 use crate::wide::NodeFormat;
 pub use reader::TraceFile;
 pub use writer::{EncodedTile, TraceWriter};
@@ -26,6 +27,9 @@ const CHUNK_HEAD_BYTES: u64 = 8;
 const MAX_HEADER_BYTES: u32 = 1 << 20;
 /// Most bytes of a chunk, compressed or raw: a reader's memory is bounded by a few of them.
 const MAX_CHUNK_BYTES: u32 = 1 << 29;
+
+/// Most shaders of a trace's triangles.
+pub const MOST_SHADERS: u32 = 1 << 16;
 
 /// Seeds of the checksums, so that a piece in the wrong place does not pass for another.
 const HEADER_SEED: u64 = 0;
@@ -54,6 +58,16 @@ fn check_header(header: &TraceHeader) -> Result<(), String> {
     crate::ray_set::check(&header.ray_sets)?;
     if let Some(alpha) = &header.alpha {
         alpha.check(header.triangles)?;
+    }
+    if let Some(ReflectionRecord { bounds: [least, most], .. }) = &header.reflections {
+        let is_image = matches!(header.frame, Frame::Image { .. });
+        if !is_image || reflection_lines::set(&header.ray_sets).is_none() {
+            return Err("lines of reflection rays without an image of such rays".to_owned());
+        }
+        if !least.iter().zip(most).all(|(least, most)| least <= most && least.is_finite() && most.is_finite())
+        {
+            return Err(format!("a scene's box from {least:?} to {most:?}"));
+        }
     }
     let may_be_wide = matches!(header.accel, Accel::WideBvh | Accel::TwoLevel);
     let may_be_binary = header.accel != Accel::WideBvh;

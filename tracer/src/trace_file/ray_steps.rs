@@ -148,7 +148,7 @@ mod tests {
 
     fn limits() -> Limits {
         let ids = Op::ALL.map(|op| if op == Op::Instance { 0 } else { 5000 });
-        Limits { ids, triangles: 10, plain_sets: vec![true], raster: false, any_hit_flags: 0 }
+        Limits { ids, triangles: 10, plain_sets: vec![true], raster: false, any_hit_flags: 0, lines_of: None }
     }
 
     /// [`decode_steps`] without copies: ray by ray, number by number.

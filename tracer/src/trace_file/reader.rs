@@ -27,6 +27,7 @@ pub struct TraceFile {
     file: Mutex<File>,
     header: TraceHeader,
     topology: Topology,
+    shaders: Vec<u32>,
     /// Where each chunk begins, the structure's first, and at last where the index begins.
     offsets: Vec<u64>,
     steps: u64,
@@ -143,13 +144,14 @@ impl TraceFile {
             limits: Limits::new(&header, &Topology::default()),
             header,
             topology: Topology::default(),
+            shaders: Vec::new(),
             offsets,
             steps,
             stalls,
         };
         let raw = trace.read_chunk(0, STRUCTURE_SEED)?;
-        trace.topology =
-            shape::decode_topology(&raw, &trace.header).map_err(|problem| trace.format_error(0, problem))?;
+        (trace.topology, trace.shaders) =
+            shape::decode_structure(&raw, &trace.header).map_err(|problem| trace.format_error(0, problem))?;
         if trace.topology.triangles != trace.header.triangles {
             let problem = format!(
                 "a tree over {} triangles, {} in the header",
@@ -159,6 +161,11 @@ impl TraceFile {
         }
         trace.limits = Limits::new(&trace.header, &trace.topology);
         Ok(trace)
+    }
+
+    /// The shader of each triangle, in file order; empty unless the header has [`TraceHeader::reflections`].
+    pub fn shaders(&self) -> &[u32] {
+        &self.shaders
     }
 
     /// Steps in all tiles.

@@ -1,5 +1,6 @@
 //! Trees as bytes, before compression: their links, without geometry.
 
+use super::MOST_SHADERS;
 use super::codec::{Reader, push_varint, unzigzag, zigzag};
 use crate::accel::Accel;
 use crate::topology::{Topology, TopologyNode};
@@ -8,8 +9,26 @@ use crate::trace::{Step, TraceHeader};
 /// Most children of a node of a wide BVH.
 const WIDEST_NODE: u64 = 8;
 
+/// Encodes what a trace knows of its scene: a structure's shape and the shader of each triangle, where that is kept.
+pub(super) fn encode_structure(topology: &Topology, shaders: &[u32]) -> Vec<u8> {
+    let mut bytes = encode_topology(topology);
+    shaders.iter().for_each(|&shader| push_varint(&mut bytes, u64::from(shader)));
+    bytes
+}
+
+/// Decodes and validates the shape of the structure that a header names, and the shader of each triangle, where the header says that it is kept.
+pub(super) fn decode_structure(bytes: &[u8], header: &TraceHeader) -> Result<(Topology, Vec<u32>), String> {
+    let mut reader = Reader { bytes, position: 0 };
+    let topology = decode_topology(&mut reader, header)?;
+    let triangles = if header.reflections.is_some() { topology.triangles } else { 0 };
+    let shader = |_| Ok(reader.bounded(u64::from(MOST_SHADERS) - 1, "a shader")? as u32);
+    let shaders = (0..triangles).map(shader).collect::<Result<Vec<u32>, String>>()?;
+    reader.finish()?;
+    Ok((topology, shaders))
+}
+
 /// Encodes a structure's shape: a tree, or with two levels the TLAS, the mesh of each instance, and the number of BLASes and these.
-pub(super) fn encode_topology(topology: &Topology) -> Vec<u8> {
+fn encode_topology(topology: &Topology) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(topology.nodes.len() * 4 + topology.references.len() * 4);
     for (number, (_, tree)) in topology.trees().iter().enumerate() {
         encode_tree(tree, &mut bytes);
@@ -57,16 +76,13 @@ fn encode_tree(tree: &Topology, bytes: &mut Vec<u8>) {
     }
 }
 
-/// Decodes and validates the shape of the structure that a header names.
-pub(super) fn decode_topology(bytes: &[u8], header: &TraceHeader) -> Result<Topology, String> {
-    let mut reader = Reader { bytes, position: 0 };
+fn decode_topology(reader: &mut Reader<'_>, header: &TraceHeader) -> Result<Topology, String> {
     let is_wide = header.node_format.is_some();
     let topology = if header.accel == Accel::TwoLevel {
-        decode_levels(&mut reader, is_wide)?
+        decode_levels(reader, is_wide)?
     } else {
-        decode_tree(&mut reader, is_wide)?
+        decode_tree(reader, is_wide)?
     };
-    reader.finish()?;
     topology.validate()?;
     Ok(topology)
 }

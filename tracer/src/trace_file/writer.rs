@@ -4,8 +4,8 @@ use super::check_header;
 use super::codec;
 use super::shape;
 use super::{
-    END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES, STRUCTURE_SEED,
-    TRAILER_SEED, tile_seed,
+    END_MAGIC, HEADER_SEED, INDEX_SEED, MAGIC, MAX_CHUNK_BYTES, MAX_HEADER_BYTES, MOST_SHADERS,
+    STRUCTURE_SEED, TRAILER_SEED, tile_seed,
 };
 use crate::error::Error;
 use crate::topology::Topology;
@@ -67,7 +67,22 @@ impl TraceWriter {
     /// # Errors
     /// When the frame is beyond what a file can hold, or the folder cannot be written to or is full.
     pub fn create(path: &Path, header: &TraceHeader, topology: &Topology) -> Result<Self, Error> {
+        Self::create_with_shaders(path, header, topology, &[])
+    }
+
+    /// As [`Self::create`], of a trace with [`TraceHeader::reflections`]: `shaders` has the shader of each triangle, in file order, below
+    /// [`MOST_SHADERS`]; of any other trace it is empty.
+    ///
+    /// # Errors
+    /// As [`Self::create`], and when there is not one shader for each triangle.
+    pub fn create_with_shaders(
+        path: &Path,
+        header: &TraceHeader,
+        topology: &Topology,
+        shaders: &[u32],
+    ) -> Result<Self, Error> {
         check_header(header)
+            .and_then(|()| check_shaders(header, shaders))
             .map_err(|problem| Error::Options(format!("a trace file cannot hold this: {problem}")))?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
@@ -98,7 +113,7 @@ impl TraceWriter {
         head.extend(text);
         head.extend(xxh3_64_with_seed(&head, HEADER_SEED).to_le_bytes());
         writer.write(&head)?;
-        let (compressed, raw_bytes) = compress(&shape::encode_topology(topology))?;
+        let (compressed, raw_bytes) = compress(&shape::encode_structure(topology, shaders))?;
         writer.write_chunk(&compressed, raw_bytes, STRUCTURE_SEED)?;
         Ok(writer)
     }
@@ -162,6 +177,17 @@ impl TraceWriter {
     fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
         self.position += bytes.len() as u64;
         self.file.write_all(bytes).map_err(|source| io_error(&self.path, "writing", source))
+    }
+}
+
+fn check_shaders(header: &TraceHeader, shaders: &[u32]) -> Result<(), String> {
+    let triangles = if header.reflections.is_some() { header.triangles as usize } else { 0 };
+    if shaders.len() != triangles {
+        return Err(format!("shaders of {} triangles, {triangles} expected", shaders.len()));
+    }
+    match shaders.iter().find(|&&shader| shader >= MOST_SHADERS) {
+        Some(shader) => Err(format!("a shader {shader}, below {MOST_SHADERS} expected")),
+        None => Ok(()),
     }
 }
 
