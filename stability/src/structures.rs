@@ -97,14 +97,15 @@ fn most_trips(traversal: Traversal, topology: &Topology, depth: u32) -> u64 {
     }
 }
 
-/// Every traversal, over nodes that can hold any coordinate: those of adreno-8 cannot hold the largest.
+/// Every traversal, over nodes that can hold any coordinate: those of adreno-8 cannot hold the largest, and quantised boxes around these may reach
+/// infinity, where no instance is placed.
 pub(crate) fn traversals() -> [Traversal; Traversal::ALL.len()] {
     Traversal::ALL.map(|traversal| match traversal {
         Traversal::WideShortStack { short_stack, .. } => {
             Traversal::WideShortStack { format: NodeFormat::Compressed8, short_stack }
         }
         Traversal::TwoLevelShortStack { short_stack, .. } => {
-            Traversal::TwoLevelShortStack { format: NodeFormat::Compressed8, short_stack }
+            Traversal::TwoLevelShortStack { format: NodeFormat::Full8, short_stack }
         }
         other => other,
     })
