@@ -329,7 +329,8 @@ impl Interleaver {
     /// Finds the next turn of a core.
     fn plan(&mut self, core: usize) {
         let slots = core * self.slots..(core + 1) * self.slots;
-        let place = slots.start + first_of_many(&self.ready[slots]);
+        let ready = &self.ready[slots.clone()];
+        let place = slots.start + if ready.len() < MANY { first_of(ready) } else { first_of_many(ready) };
         self.next[core] = place;
         let Slot { words, next, .. } = &self.resident[place];
         self.next_words[core] = words.get(next.start).copied().unwrap_or_default();
@@ -439,8 +440,10 @@ fn first_of(times: &[f64]) -> usize {
     first
 }
 
-/// As [`first_of`], for many numbers: every fourth is searched by itself, so that no comparison waits for the one before. A core has up to 128 slots, of which
-/// that finds the first in a third of the time; of a dozen cores it would take longer.
+/// From so many slots on, [`first_of_many`] is the faster one.
+const MANY: usize = 64;
+
+/// As [`first_of`], for many numbers: every fourth is searched by itself, so that no comparison waits for the one before.
 fn first_of_many(times: &[f64]) -> usize {
     const SEARCHES: usize = 4;
     let (rows, rest) = times.as_chunks::<SEARCHES>();
@@ -452,9 +455,17 @@ fn first_of_many(times: &[f64]) -> usize {
             firsts[search] = if less { row } else { firsts[search] };
         }
     }
-    let of_rows = (0..SEARCHES).map(|search| (leasts[search], firsts[search] * SEARCHES + search));
-    let of_rest = rest.iter().copied().zip(rows.len() * SEARCHES..);
-    let earlier =
-        |a: (f64, usize), b: (f64, usize)| if b.0 < a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a };
-    of_rows.chain(of_rest).reduce(earlier).map_or(0, |(_, place)| place)
+    let (mut first, mut least) = (firsts[0] * SEARCHES, leasts[0]);
+    for search in 1..SEARCHES {
+        let place = firsts[search] * SEARCHES + search;
+        if leasts[search] < least || (leasts[search] == least && place < first) {
+            (first, least) = (place, leasts[search]);
+        }
+    }
+    for (place, &time) in (rows.len() * SEARCHES..).zip(rest) {
+        if time < least {
+            (first, least) = (place, time);
+        }
+    }
+    first
 }
