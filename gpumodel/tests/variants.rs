@@ -109,7 +109,8 @@ fn any_hit_shaders_are_in_the_maps_and_count_side_by_side_what_they_count_alone(
     let micromap = Some(MicromapFormat { level: 3, states: MicromapStates::Four });
     for (mode, micromap) in [(AlphaMode::Unmarked, None), (AlphaMode::Micromap, micromap)] {
         let tests = AlphaTests { mode, tested: TestedTriangles::OnePairInFour, micromap };
-        let opaque = teapot(Traversal::BvhStack);
+        // Maps count no bytes of a stack.
+        let opaque = teapot(Traversal::BvhParentLink);
         let structure = opaque.structure.with_alpha(tests).expect("it has such triangles");
         let traced = Traced { structure, ..opaque };
         let configs = [config("fragment"), config("compute"), {

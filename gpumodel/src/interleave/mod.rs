@@ -329,8 +329,7 @@ impl Interleaver {
     /// Finds the next turn of a core.
     fn plan(&mut self, core: usize) {
         let slots = core * self.slots..(core + 1) * self.slots;
-        let ready = &self.ready[slots.clone()];
-        let place = slots.start + if ready.len() < MANY { first_of(ready) } else { first_of_many(ready) };
+        let place = slots.start + first_of_many(&self.ready[slots]);
         self.next[core] = place;
         let Slot { words, next, .. } = &self.resident[place];
         self.next_words[core] = words.get(next.start).copied().unwrap_or_default();
@@ -440,10 +439,8 @@ fn first_of(times: &[f64]) -> usize {
     first
 }
 
-/// From so many slots on, [`first_of_many`] is the faster one.
-const MANY: usize = 64;
-
-/// As [`first_of`], for many numbers: every fourth is searched by itself, so that no comparison waits for the one before.
+/// As [`first_of`], for many numbers: every fourth is searched by itself, so that no comparison waits for the one before. A core has 16 to 128 slots; of 128 that finds
+/// the first in a third of the time, of 16 in as much.
 fn first_of_many(times: &[f64]) -> usize {
     const SEARCHES: usize = 4;
     let (rows, rest) = times.as_chunks::<SEARCHES>();
