@@ -1,7 +1,8 @@
 //! Where the tree and the stacks lie, which no choice of how triangles lie moves.
 
-use super::buffers::{NOWHERE, Reads, STACK_ENTRY_BYTES};
+use super::buffers::{NOWHERE, STACK_ENTRY_BYTES};
 use super::node::{Instances, NodeLayout};
+use super::reads::Reads;
 use super::records::NodeRecords;
 use crate::error::Error;
 use crate::replay::ReplayConfig;
