@@ -168,9 +168,9 @@ pub(crate) struct CompareArgs {
     #[arg(default_value = DEFAULT_SCENE, value_name = "SCENE")]
     pub(crate) scenes: Vec<String>,
     /// What varies: traversal, ct-ci, short-stack, node-format, ray-sets, force, spp, shadow-query, gpu, technique, layout,
-    /// primitive-order, node-records, node-order, ray-unit, or a figure of the GPU such as cache.uche.size; with values as in
-    /// layout=padded+split, ct-ci=3:1.5+1:3.5, ray-sets=mirror+hard-shadows:ao, cache.uche.size=65536+131072, else all of them;
-    /// ct-ci=fine is a grid of 36.
+    /// primitive-order, node-records, node-order, ray-unit, alpha, micromap-level, an option of reflections such as binning, or a
+    /// figure of the GPU such as cache.uche.size; with values as in layout=padded+split, ct-ci=3:1.5+1:3.5,
+    /// ray-sets=mirror+hard-shadows:ao, cache.uche.size=65536+131072, else all of them; ct-ci=fine is a grid of 36.
     #[arg(long, value_name = "AXIS[=V+V]", value_delimiter = ',', required = true)]
     pub(crate) vary: Vec<String>,
     /// What to print.
