@@ -288,7 +288,7 @@ fn the_counters_are_the_agreed_ones() {
         node_fetches_per_ray node_fetches_per_pixel primitive_tests primitive_tests_per_ray non_opaque_hits any_hits \
         any_hits_per_ray instances instances_per_ray tlas_step_share restarts \
         ray_unit_rays ray_unit_utilization ray_unit_efficiency ray_unit_box_cycles \
-        ray_unit_triangle_cycles ray_unit_box_tests ray_unit_tlas_box_tests ray_unit_instances \
+        ray_unit_triangle_cycles ray_unit_port_cycles ray_unit_box_tests ray_unit_tlas_box_tests ray_unit_instances \
         ray_unit_non_opaque_hits ray_unit_resume_messages ray_unit_resumed_rays \
         ray_unit_box_nodes ray_unit_box_nodes_quarter \
         ray_unit_box_nodes_half ray_unit_box_nodes_three_quarters ray_unit_box_nodes_full \

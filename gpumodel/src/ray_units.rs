@@ -116,6 +116,43 @@ fn a_unit_reads_each_line_of_a_record_once() {
     }
 }
 
+/// A frame in which every record of the tree is one of two lines, on the G1-Ultra with a unit whose cache is so wide, in bytes per clock.
+fn behind_its_own_port(bytes_per_clock: f64) -> (IssueCounters, [f64; 2]) {
+    let rays: Vec<MockRay> = (0..24 * 12 * 16).map(|lane| ray(lane % 8, 0)).collect();
+    let source = source(NodeFormat::Full4, &rays);
+    let mut gpu = Gpu::builtin("mali-g1-ultra").expect("it is built in").expect("it is valid");
+    let own = gpu.ray_unit.as_ref().expect("it has one").path[0];
+    gpu.caches[own].bytes_per_clock = bytes_per_clock;
+    let config = config(gpu);
+    let replayed = run(&source, &config);
+    let estimate = estimate(&replayed, &source.header, &source.topology, &config).expect("solvable");
+    let issue = replayed.counters.pass(Pass::Primary).issue;
+    let number = |id: &str| estimate.frame.get(id).and_then(Value::number).expect("a number");
+    (issue, [number("ray_unit_port_cycles"), number("frame_time_ms")])
+}
+
+#[test]
+fn a_unit_with_a_cache_of_its_own_has_a_port_of_that_width_and_leaves_the_load_store_port_alone() {
+    // 24 warps on each of 12 cores read the root, and then the eight children that their rays went to.
+    let lines = 24 * 12 * (2 + 8 * 2);
+    for bytes_per_clock in [0.001, 32.0, 64.0, 128.0] {
+        let (issue, [cycles, _]) = behind_its_own_port(bytes_per_clock);
+        assert_eq!((issue.unit_port_lines, issue.load_store_cycles), (lines, 0), "{bytes_per_clock}");
+        assert_eq!(cycles, lines as f64 * 64.0 / bytes_per_clock);
+    }
+    // A narrow one decides.
+    let (_, [cycles, milliseconds]) = behind_its_own_port(0.001);
+    let expected = cycles / 12.0 / 1e6;
+    assert!((milliseconds / expected - 1.0).abs() < 0.01, "{milliseconds} ms, {expected} expected");
+}
+
+#[test]
+fn a_unit_behind_the_load_store_cache_shares_its_port() {
+    let source = source(NodeFormat::Full4, &vec![ray(3, 0); 16]);
+    let issue = issue(&source, Some(RayScheduling::Warp));
+    assert_eq!((issue.unit_port_lines, issue.load_store_cycles), (0, 4));
+}
+
 #[test]
 fn units_leave_other_structures_to_shaders() {
     let rays = vec![(vec![(Op::Node, 0), (Op::Primitive, 0)], NO_HIT); 32];

@@ -405,15 +405,27 @@ impl Gpu {
     /// Lines that can be on their way to a core at once for reads that take `path`: those of the texture unit or of the ray unit where it begins
     /// with that unit's own cache, otherwise those of the load/store unit.
     pub fn lines_in_flight(&self, path: &[usize]) -> u32 {
-        let unit = self.ray_unit.as_ref().filter(|unit| {
-            // A unit that shares the first cache of storage buffers shares their way to it.
-            unit.path.first() == path.first() && path.first() != self.paths.ssbo.first()
-        });
-        match unit {
-            Some(unit) => unit.lines_in_flight,
-            None if path.first() == self.paths.texture.first() => self.texture.lines_in_flight,
-            None => self.load_store.lines_in_flight,
+        match &self.ray_unit {
+            Some(unit) if self.through_unit_port(path) => unit.lines_in_flight,
+            _ if path.first() == self.paths.texture.first() => self.texture.lines_in_flight,
+            _ => self.load_store.lines_in_flight,
         }
+    }
+
+    /// Clocks that the port of a ray unit with its own cache takes for a line; 0 where there is none.
+    pub(crate) fn unit_port_line_cycles(&self) -> f64 {
+        let own = self.ray_unit.as_ref().filter(|unit| self.through_unit_port(&unit.path));
+        own.map_or(0.0, |unit| {
+            let cache = &self.caches[unit.path[0]];
+            cache.line_bytes as f64 / cache.bytes_per_clock
+        })
+    }
+
+    /// Whether reads that take `path` leave the core through a port of the ray unit: its first cache is its own. A unit that shares the
+    /// first cache of storage buffers shares the load/store port before it.
+    pub(crate) fn through_unit_port(&self, path: &[usize]) -> bool {
+        let own = self.ray_unit.as_ref().and_then(|unit| unit.path.first());
+        own.is_some() && own == path.first() && own != self.paths.ssbo.first()
     }
 
     /// The ray unit that walks the structure of a trace, or tests its nodes: such units know wide BVHs, and shaders do everything else.

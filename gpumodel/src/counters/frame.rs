@@ -145,6 +145,8 @@ counters! {
         pub lane_bytes: u64,
         /// Cycles of a core's load/store port: per load or store the larger of its lines and its bytes by the port's width.
         pub load_store_cycles: u64,
+        /// Lines through the ports of ray units that have a cache of their own.
+        pub unit_port_lines: u64,
         /// Bytes of tile memory written out to DRAM: the colour, and attachments that leave the tile.
         pub output_bytes: u64,
         /// Vertices fetched and transformed.

@@ -147,6 +147,14 @@ pub const COUNTERS: &[CounterInfo] = &[
         "",
     ),
     row(
+        "ray_unit_port_cycles",
+        "Ray Unit Port Cycles",
+        RAY_UNIT,
+        "cycles",
+        "lines x line size / bytes per clock of the unit's own cache, sum over cores",
+        "",
+    ),
+    row(
         "ray_unit_box_tests",
         "Ray Unit Box Tests",
         RAY_UNIT,

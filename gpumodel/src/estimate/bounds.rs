@@ -28,6 +28,8 @@ pub(super) struct Demand {
     slc: f64,
     /// Bytes to and from DRAM / (peak x efficiency).
     dram: f64,
+    /// Cycles of the ray units' own ports / (cores x clock).
+    pub(super) unit_port: f64,
     /// Places for rays in ray-box tests / (cores x tests per clock x clock).
     pub(super) unit_boxes: f64,
     /// As `unit_boxes`, of ray-triangle tests.
@@ -54,8 +56,9 @@ impl Demand {
             gpu.ray_unit.as_ref().map_or(0.0, |unit| places as f64 / (core_cycles * per_clock(unit)))
         };
         let waits = waits(counters, &traffic, path, gpu);
-        let issue_seconds =
-            (issue.alu_issued as f64 / gpu.cores.alu_lanes + issue.load_store_cycles as f64) / gpu.clock.hz;
+        let unit_port_cycles = issue.unit_port_lines as f64 * gpu.unit_port_line_cycles();
+        let port_cycles = issue.load_store_cycles as f64 + unit_port_cycles;
+        let issue_seconds = (issue.alu_issued as f64 / gpu.cores.alu_lanes + port_cycles) / gpu.clock.hz;
         let mut demand = Self {
             alu: issue.alu_issued as f64 / (core_cycles * gpu.cores.alu_lanes),
             efu: issue.efu_issued as f64 / (core_cycles * gpu.cores.efu_lanes),
@@ -65,6 +68,7 @@ impl Demand {
             l2: 0.0,
             slc: 0.0,
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
+            unit_port: unit_port_cycles / core_cycles,
             unit_boxes: of_unit(issue.unit_box_places, |unit| unit.boxes_per_clock),
             unit_triangles: of_unit(issue.unit_triangle_places, |unit| unit.triangles_per_clock),
             atomics: issue.atomic_clocks as f64 / gpu.clock.hz,
@@ -113,6 +117,7 @@ impl Demand {
                 l2,
                 slc,
                 dram,
+                unit_port,
                 unit_boxes,
                 unit_triangles,
                 atomics,
@@ -123,6 +128,7 @@ impl Demand {
             } = *demand;
             sum.atomics += atomics;
             sum.dispatch += dispatch;
+            sum.unit_port += unit_port;
             sum.unit_boxes += unit_boxes;
             sum.unit_triangles += unit_triangles;
             sum.alu += alu;
@@ -151,6 +157,7 @@ impl Demand {
             l2,
             slc,
             dram,
+            unit_port,
             unit_boxes,
             unit_triangles,
             atomics,
@@ -168,6 +175,7 @@ impl Demand {
             ("L2 bandwidth", l2),
             ("SLC bandwidth", slc),
             ("DRAM bandwidth", dram),
+            ("ray unit: port", unit_port),
             ("ray unit: boxes", unit_boxes),
             ("ray unit: triangles", unit_triangles),
             ("atomics", atomics),

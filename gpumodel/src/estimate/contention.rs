@@ -17,8 +17,9 @@ use crate::timed::servers;
 use crate::windows::Window;
 use cachesim::MAX_LEVELS;
 
-/// Place of the load/store port among the stations.
-const PORT: usize = 2;
+/// Places of the load/store port and of the ray unit's own among the stations.
+const LOAD_STORE_PORT: usize = 2;
+const UNIT_PORT: usize = 3;
 /// How well the time that the port is held up is known, as a part of the time that it works.
 const HOLD_TOLERANCE: f64 = 1e-6;
 /// Time beyond the last cache, and the wait for a place to spend it in.
@@ -54,13 +55,14 @@ impl InPhase<'_> {
         Ok(time)
     }
 
-    /// The network of a window in which the port of a core is held up by lines that wait for a free place in flight.
+    /// The network of a window in which the port of a core's path is held up by lines that wait for a free place in flight.
     ///
     /// The longer the port is held, the lower the throughput, and the less it would be held: so there is one time for which
     /// both agree. It is bracketed and halved.
     fn solve(&self, window: &Window) -> Result<Solution, NetworkError> {
         let (mut network, in_flight) = self.network(window);
-        let free = network.stations[PORT].demand;
+        let port = if self.gpu.through_unit_port(self.path) { UNIT_PORT } else { LOAD_STORE_PORT };
+        let free = network.stations[port].demand;
         let mut solution = solve(&network)?;
         if in_flight.hold(solution.throughput, free, 0.0) <= HOLD_TOLERANCE * free {
             return Ok(solution);
@@ -68,7 +70,7 @@ impl InPhase<'_> {
         let (mut low, mut high) = (0.0, in_flight.longest_hold());
         while high - low > HOLD_TOLERANCE * (free + low) {
             let held = low.midpoint(high);
-            network.stations[PORT].demand = free + held;
+            network.stations[port].demand = free + held;
             solution = solve(&network)?;
             if in_flight.hold(solution.throughput, free, held) > held {
                 low = held;
@@ -97,6 +99,7 @@ impl InPhase<'_> {
             Station { servers, ..single("ALU issue", alu) },
             single("EFU issue", demand.efu * of_all_cores),
             single("load/store port", demand.load_store * of_all_cores),
+            single("ray unit: port", demand.unit_port * of_all_cores),
             single("ray unit: boxes", demand.unit_boxes * of_all_cores),
             single("ray unit: triangles", demand.unit_triangles * of_all_cores),
             Station { sharers, ..single("atomics", demand.atomics / turns) },
@@ -109,9 +112,13 @@ impl InPhase<'_> {
         let repeats = (issue.line_accesses as f64 / issue.line_requests.max(1) as f64).max(1.0);
         let lines = path.first().map_or(0.0, |&first| window.levels[first].accesses as f64 / repeats);
         // Seconds that the port, the banks and the way to memory are busy with one line: its latency includes them.
-        let mut of_a_line =
-            demand.load_store * f64::from(gpu.cores.count) / issue.line_accesses.max(1) as f64;
-        for (cache, served) in gpu.caches.iter().zip(window.levels) {
+        let mut of_a_line = (demand.load_store + demand.unit_port) * f64::from(gpu.cores.count)
+            / issue.line_accesses.max(1) as f64;
+        for (level, (cache, served)) in gpu.caches.iter().zip(window.levels).enumerate() {
+            // The port of a ray unit is that of its own cache, and has been asked already.
+            if path.first() == Some(&level) && gpu.through_unit_port(path) {
+                continue;
+            }
             let accesses = served.accesses as f64;
             let line_seconds =
                 cache.line_bytes as f64 * f64::from(cache.banks) / (cache.bytes_per_clock * gpu.clock.hz);

@@ -151,6 +151,10 @@ impl PassValues<'_> {
             }
             "ray_unit_box_cycles" => Value::Real(box_cycles),
             "ray_unit_triangle_cycles" => Value::Real(triangle_cycles),
+            "ray_unit_port_cycles" if !gpu.through_unit_port(&unit.path) => {
+                Value::absent("the unit reads through the load/store port of its core")
+            }
+            "ray_unit_port_cycles" => Value::Real(issue.unit_port_lines as f64 * gpu.unit_port_line_cycles()),
             "ray_unit_box_tests" => Value::Count(issue.unit_box_tests),
             "ray_unit_tlas_box_tests" | "ray_unit_instances" if self.frame.topology.levels.is_none() => {
                 Value::absent(ONE_LEVEL)

@@ -362,13 +362,26 @@ impl Part<'_> {
 
     #[inline(always)]
     fn count(&mut self, access: Access, found: usize, active: u32) {
+        let lanes = &self.program.lanes;
+        if let Some(port_cycles) = lanes.unit_port_cycles.as_ref().filter(|_| self.by_ray_unit) {
+            self.counters.unit_port_lines += u64::from(access.repeats) * found as u64;
+            self.push(access, found, active, port_cycles[found]);
+            return;
+        }
         let words = if self.by_ray_unit { 0 } else { (active * access.bytes) as usize / 4 };
-        let port_cycles = (found as u32).max(self.program.lanes.port_cycles[words]);
+        let port_cycles = (found as u32).max(lanes.port_cycles[words]);
         self.count_cycles(access, found, active, port_cycles);
     }
 
     #[inline(always)]
     fn count_cycles(&mut self, access: Access, found: usize, active: u32, port_cycles: u32) {
+        self.counters.load_store_cycles += u64::from(access.repeats * port_cycles);
+        self.push(access, found, active, port_cycles);
+    }
+
+    /// Puts a run into the stream whose lines have been found, each of its loads or stores taking its port so many cycles.
+    #[inline(always)]
+    fn push(&mut self, access: Access, found: usize, active: u32, port_cycles: u32) {
         let Access { kind, write, bytes, repeats } = access;
         let bytes = active * bytes;
         let run = Run::new(self.pass, kind, write, found, repeats);
@@ -378,7 +391,6 @@ impl Part<'_> {
         self.counters.line_requests += lines;
         self.counters.line_accesses += repeats * lines;
         self.counters.lane_bytes += repeats * u64::from(bytes);
-        self.counters.load_store_cycles += repeats * u64::from(port_cycles);
         if self.program.keeps_turns {
             self.turns.load(repeats as u32 * port_cycles);
         }

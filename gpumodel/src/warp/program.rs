@@ -96,6 +96,8 @@ pub(super) struct Lanes {
     pub(super) warp_width: u32,
     /// Clocks that the load/store port takes for so many words of 4 bytes: up to 16 bytes for each lane.
     pub(super) port_cycles: Box<[u32; 4 * 64 + 1]>,
+    /// Clocks that the port of the ray unit takes for so many lines; `None` where it has none of its own.
+    pub(super) unit_port_cycles: Option<Box<[u32; 64 + 1]>>,
 }
 
 /// How a node step reads its nodes.
@@ -185,6 +187,10 @@ impl Program {
                 port_cycles: Box::new(std::array::from_fn(|words| {
                     (4 * words as u32).div_ceil(config.gpu.load_store.bytes_per_clock)
                 })),
+                unit_port_cycles: unit.filter(|unit| config.gpu.through_unit_port(&unit.path)).map(|_| {
+                    let of_a_line = config.gpu.unit_port_line_cycles();
+                    Box::new(std::array::from_fn(|lines| (lines as f64 * of_a_line).ceil() as u32))
+                }),
             },
             nodes: match (header.node_fetch, config.node_records) {
                 (NodeFetch::Single, _) => NodeReads::One,

@@ -121,7 +121,7 @@ impl Run {
         Self(self.0 | cycles.min(Self::PORT_CYCLES) << Self::PORT_SHIFT)
     }
 
-    /// Cycles of the load/store port, or of what takes its place for textures, repeats included.
+    /// Cycles of the load/store port, or of what takes its place for textures and for a ray unit, repeats included.
     #[inline(always)]
     pub(crate) fn port_cycles(self) -> u32 {
         (self.0 >> Self::PORT_SHIFT) * self.repeats()
