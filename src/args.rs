@@ -36,6 +36,8 @@ pub(crate) enum Command {
     Profile(ProfileArgs),
     /// Render a picture of a scene on this machine's CPU, and report how long that took; no GPU is modelled.
     Render(RenderArgs),
+    /// Render a scene for two eyes on this machine's CPU, the right image from what the left one shows as far as that goes; no GPU is modelled.
+    Stereo(StereoArgs),
     /// Record what every ray of a frame visits into a file.
     Trace(TraceArgs),
     /// Report what a recorded frame costs on a GPU; exactly as `profile` would, without tracing again.
@@ -105,6 +107,26 @@ pub(crate) struct RenderArgs {
     /// The picture to write.
     #[arg(short, long, value_name = "IMAGE.png")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct StereoArgs {
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml.
+    pub(crate) scene: String,
+    /// The folder for the pictures: both eyes, which pixels of the right one were traced, and how far it is from one that is traced whole.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// From one eye to the other, in units of the scene [default: a thirtieth of the convergence].
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) interaxial: Option<f64>,
+    /// Depth at which a point has the same place in both images, in units of the scene, or inf for parallel views [default: that of
+    /// the camera's target].
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) convergence: Option<f64>,
     #[command(flatten)]
     pub(crate) frame: FrameArgs,
     #[command(flatten)]

@@ -95,15 +95,20 @@ impl<'a> Frame<'a> {
 
     /// A tracer of the camera's rays and of those that follow them; of `rays` alone if they are given.
     pub(crate) fn tracer(&self, rays: Option<Vec<Ray>>) -> FrameTracer<'_> {
-        let remarks = self.remarks(rays.is_some());
-        let (rays, lights, secondary) = match rays {
-            Some(rays) => (Rays::List(rays), Vec::new(), SecondaryRays::default()),
-            None => {
-                let size = self.settings.size;
-                let view = Rays::View { view: self.view(), width: size.width, height: size.height };
-                (view, self.lights(), self.secondary())
-            }
-        };
+        match rays {
+            Some(rays) => self.tracer_of(Rays::List(rays), Vec::new(), SecondaryRays::default()),
+            None => self.tracer_from(self.view()),
+        }
+    }
+
+    /// A tracer of the rays of `view`, which is over an image of this size, and of those that follow them.
+    pub(crate) fn tracer_from(&self, view: View) -> FrameTracer<'_> {
+        let [width, height] = self.size();
+        self.tracer_of(Rays::View { view, width, height }, self.lights(), self.secondary())
+    }
+
+    fn tracer_of(&self, rays: Rays, lights: Vec<scenes::Vec3>, secondary: SecondaryRays) -> FrameTracer<'_> {
+        let remarks = self.remarks(matches!(rays, Rays::List(_)));
         let LoadedScene { scene, triangles, .. } = self.scene;
         let identity = SceneIdentity { name: scene.name.clone(), hash: scene.hash() };
         let tracer =

@@ -11,6 +11,7 @@ pub(crate) mod replay;
 mod sampling;
 pub(crate) mod shell;
 mod stability;
+pub(crate) mod stereo;
 pub(crate) mod trace;
 pub(crate) mod verify;
 pub(crate) mod whatif;

@@ -12,14 +12,12 @@ use crate::output::OutputFile;
 use crate::progress::Progress;
 use crate::ray_sets::RayRequest;
 use crate::settings::{FrameSettings, start_threads};
+use crate::shading::{Shading, srgb};
 use anyhow::bail;
 use rayon::prelude::*;
 use reports::image::{self, Rgb};
-use scenes::{Feature, Scene, Vec3};
+use scenes::{Feature, Vec3};
 use tracer::{Query, RayOffset, Silent, View};
-
-/// Light that reaches every surface, so that shadows keep their shapes.
-const AMBIENT: f32 = 0.1;
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
@@ -41,9 +39,8 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let camera = Camera {
         frame: &frame,
         view: frame.view(),
-        lights: frame.lights(),
         offset: RayOffset::new(frame.triangles()),
-        colours: colours(&scene.scene),
+        shading: Shading::new(&frame),
     };
     let progress = Progress::spinner("rendering");
     let mut pixels: Vec<Rgb> = vec![[0; 3]; width as usize * height as usize];
@@ -68,21 +65,12 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The diffuse colour of every triangle, in the order of [`Scene::triangles`].
-fn colours(scene: &Scene) -> Vec<Vec3> {
-    let meshes = scene.instances.iter().map(|instance| &scene.meshes[instance.mesh as usize]);
-    let materials = meshes.flat_map(|mesh| &mesh.materials);
-    materials.map(|&material| scene.materials[material as usize].diffuse).collect()
-}
-
 /// What a pixel is rendered from.
 struct Camera<'a> {
     frame: &'a Frame<'a>,
     view: View,
-    lights: Vec<Vec3>,
     offset: RayOffset,
-    /// Linear, by triangle.
-    colours: Vec<Vec3>,
+    shading: Shading<'a>,
 }
 
 impl Camera<'_> {
@@ -91,14 +79,13 @@ impl Camera<'_> {
         let mut shadow_rays = 0;
         for (x, pixel) in (0..).zip(row) {
             let colour = self.pixel(x, y);
-            shadow_rays += colour.map_or(0, |_| self.lights.len() as u64);
+            shadow_rays += colour.map_or(0, |_| self.shading.lights());
             *pixel = srgb(colour.unwrap_or(Vec3::ZERO));
         }
         shadow_rays
     }
 
-    /// Linear colour of a pixel: the diffuse colour, lit through the angle of the geometric normal by each light that is seen. Without
-    /// lights it is lit from the eye. `None` where the primary ray hits nothing.
+    /// Linear colour of a pixel; `None` where the primary ray hits nothing.
     fn pixel(&self, x: u32, y: u32) -> Option<Vec3> {
         let structure = &self.frame.structure;
         let ray = self.view.primary_ray(x, y);
@@ -107,46 +94,7 @@ impl Camera<'_> {
             return None;
         }
         let triangle = &self.frame.triangles()[hit.primitive as usize];
-        let [a, b, c] = triangle.v;
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        let angle = |towards: Vec3| normal.dot(towards.normalize_or_zero()).abs();
-        let seen = |&light: &Vec3| {
-            let shadow = self.offset.shadow_ray(triangle, hit.u, hit.v, ray.direction, light);
-            let hidden = structure.trace(&shadow, Query::Any, &mut Silent).is_hit();
-            if hidden { 0.0 } else { angle(shadow.direction) }
-        };
-        let light = match self.lights.as_slice() {
-            [] => angle(ray.direction),
-            lights => lights.iter().map(seen).sum(),
-        };
-        Some(self.colours[hit.primitive as usize] * (AMBIENT + (1.0 - AMBIENT) * light))
-    }
-}
-
-/// Linear light as sRGB of 8 bits (IEC 61966-2-1); what is brighter than white is white.
-fn srgb(linear: Vec3) -> Rgb {
-    linear.to_array().map(|value| {
-        let value = value.clamp(0.0, 1.0);
-        let curve = if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
-        (curve * 255.0).round() as u8
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn light_is_encoded_by_the_curve_of_srgb() {
-        assert_eq!(srgb(Vec3::new(0.0, 1.0, 7.0)), [0, 255, 255]);
-        assert_eq!(srgb(Vec3::new(-1.0, 0.215_861, 0.001)), [0, 128, 3]);
-    }
-
-    #[test]
-    fn every_triangle_has_a_colour() {
-        for builtin in scenes::BUILTINS {
-            let scene = scenes::load(builtin.name).expect("it is built in");
-            assert_eq!(colours(&scene).len(), scene.triangles().len(), "{}", builtin.name);
-        }
+        let departure = self.offset.departure(triangle, hit.u, hit.v, ray.direction);
+        Some(self.shading.colour(hit.primitive, &departure, ray.direction))
     }
 }

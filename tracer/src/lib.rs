@@ -21,6 +21,7 @@ mod ray_set;
 pub mod reflections;
 mod sampling;
 mod secondary;
+pub mod stereo;
 mod topology;
 mod trace;
 mod trace_file;

@@ -81,6 +81,12 @@ impl RayKind {
         }
     }
 
+    /// Whether its rays depend on where their surface is looked at from, and not on the surface alone; primary rays are found again by
+    /// reprojection.
+    pub fn depends_on_view(self) -> bool {
+        matches!(self, Self::Reflection | Self::ReflectionShadow)
+    }
+
     /// Whether its rays go to lights.
     pub fn goes_to_light(self) -> bool {
         matches!(self, Self::Shadow | Self::SoftShadow | Self::ReflectionShadow | Self::DiffuseShadow)

@@ -35,6 +35,17 @@ impl View {
         Ray::new(self.eye, direction.normalize().as_vec3())
     }
 
+    /// The same camera moved to its right by `offset`, in units of the scene, its image plane sheared so that what lies at the depth `convergence`
+    /// along the view keeps its place in the image; at an infinite one what is infinitely far does.
+    pub(crate) fn moved_right(&self, offset: f64, convergence: f64) -> Self {
+        let side = self.right.normalize_or_zero() * offset;
+        Self {
+            eye: (self.eye.as_dvec3() + side).as_vec3(),
+            corner: self.corner - side / convergence,
+            ..*self
+        }
+    }
+
     /// The eye, and the matrix that takes `(x, y, 1)`, in pixels from the upper left, to the direction through that point of the
     /// image: of depth 1 along the view.
     pub(crate) fn pixel_plane(&self) -> (DVec3, DMat3) {

@@ -91,6 +91,17 @@ impl<'a> GBuffer<'a> {
         (triangle != NO_HIT).then_some(triangle)
     }
 
+    /// The point that a pixel shows; none in the sky.
+    ///
+    /// # Panics
+    /// When there is no such pixel.
+    pub fn position(&self, pixel: u32) -> Option<Vec3> {
+        let Surface { triangle, u, v } = self.surfaces[pixel as usize];
+        let triangle = (triangle != NO_HIT).then(|| &self.triangles[triangle as usize])?;
+        let [a, b, c] = triangle.v;
+        Some(a + (b - a) * u + (c - a) * v)
+    }
+
     /// Direction of the ray through a pixel, of unit length.
     pub fn incoming(&self, pixel: u32) -> Vec3 {
         let [width, _] = self.size();

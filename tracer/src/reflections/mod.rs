@@ -18,6 +18,8 @@ mod screen_ray;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use screen_ray::Projection;
+
 pub use frame::{Outcome, QueryOrigin, ReflectionRay, ReflectionSettings, Reflections};
 pub use gbuffer::GBuffer;
 pub use march::{March, MarchBounds, MarchEnd};

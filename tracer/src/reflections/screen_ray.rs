@@ -8,13 +8,13 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 
 /// From the scene to homogeneous pixel coordinates: `(x w, y w, w)` with `x` and `y` in pixels from the upper left, and `w` the depth along
 /// the view in units of the scene.
-pub(super) struct Projection {
+pub(crate) struct Projection {
     eye: DVec3,
     pixels: DMat3,
 }
 
 impl Projection {
-    pub(super) fn new(view: &View) -> Self {
+    pub(crate) fn new(view: &View) -> Self {
         let (eye, pixel_plane) = view.pixel_plane();
         Self { eye, pixels: pixel_plane.inverse() }
     }
@@ -24,12 +24,18 @@ impl Projection {
         (self.pixels * from_eye.as_dvec3()).z as f32
     }
 
-    fn point(&self, point: Vec3) -> DVec3 {
+    pub(crate) fn point(&self, point: Vec3) -> DVec3 {
         self.pixels * (point.as_dvec3() - self.eye)
     }
 
-    fn direction(&self, direction: Vec3) -> DVec3 {
+    /// Of a point that is infinitely far.
+    pub(crate) fn direction(&self, direction: Vec3) -> DVec3 {
         self.pixels * direction.as_dvec3()
+    }
+
+    /// Pixels from the upper left; not finite in the plane of the eye.
+    pub(crate) fn pixel(&self, homogeneous: DVec3) -> DVec2 {
+        homogeneous.truncate() / homogeneous.z
     }
 }
 
