@@ -120,7 +120,7 @@ pub(crate) struct StereoArgs {
     /// The folder for the pictures: both eyes, which pixels of the right one were traced, and how far it is from one that is traced whole.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// From one eye to the other, in units of the scene [default: a thirtieth of the convergence].
+    /// From one eye to the other, in units of the scene [default: a thirtieth of the depth of the nearest surface].
     #[arg(long, value_name = "LENGTH")]
     pub(crate) interaxial: Option<f64>,
     /// Depth at which a point has the same place in both images, in units of the scene, or inf for parallel views [default: that of

@@ -17,7 +17,7 @@ use tracer::reflections::GBuffer;
 use tracer::stereo::{Eyes, Reprojection, Source, TraversalWork};
 use tracer::{Query, Silent};
 
-/// Between the eyes, of the depth of convergence: a rule of thumb of stereographers, for what is in front no nearer than the convergence.
+/// Between the eyes, of the depth of what is nearest: a rule of thumb of stereographers.
 const INTERAXIAL: f64 = 1.0 / 30.0;
 /// Of pixels that are traced: yellow and blue of Okabe & Ito 2008, whom colour-blind people can tell apart.
 const MISSING: Rgb = [240, 228, 66];
@@ -37,8 +37,8 @@ pub(crate) fn run(args: &StereoArgs) -> anyhow::Result<Outcome> {
     let folder = OutputFolder::create(&args.out)?;
     folder.check(&FILES)?;
     let scene = LoadedScene::load(&args.scene)?;
-    let eyes = eyes(args, &scene.scene.camera)?;
     let frame = Frame::build(&scene, &settings)?;
+    let eyes = eyes(args, &frame)?;
     let pair = {
         let _progress = Progress::spinner("tracing two eyes");
         Pair::new(&frame, eyes)?
@@ -51,27 +51,30 @@ pub(crate) fn run(args: &StereoArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn eyes(args: &StereoArgs, camera: &Camera) -> anyhow::Result<Eyes> {
-    let to_target = f64::from(camera.eye.distance(camera.target));
-    let convergence = args.convergence.unwrap_or(to_target);
+fn eyes(args: &StereoArgs, frame: &Frame<'_>) -> anyhow::Result<Eyes> {
+    let Camera { eye, target, .. } = frame.scene().camera;
+    let convergence = args.convergence.unwrap_or_else(|| f64::from(eye.distance(target)));
     if convergence.is_nan() || convergence <= 0.0 {
         bail!(
             "--convergence {convergence}: a depth in front of the eyes expected; give a number above 0, or inf"
         );
     }
-    let interaxial = match args.interaxial {
-        Some(interaxial) => interaxial,
-        None if convergence.is_infinite() => {
-            bail!("--convergence inf: it tells no distance between the eyes; give --interaxial as well")
-        }
-        None => convergence * INTERAXIAL,
-    };
+    let interaxial = args.interaxial.unwrap_or_else(|| INTERAXIAL * nearest(frame));
     if !interaxial.is_finite() || interaxial < 0.0 {
-        bail!(
-            "--interaxial {interaxial}: a distance between two eyes expected; give a finite number from 0 on"
-        );
+        let problem = match args.interaxial {
+            Some(_) => "a distance between two eyes expected",
+            None => "the camera sees no surface that would tell one",
+        };
+        bail!("--interaxial {interaxial}: {problem}; give a finite number from 0 on");
     }
     Ok(Eyes { interaxial, convergence })
+}
+
+/// Depth of the nearest surface that the camera between the eyes sees; infinite without one.
+fn nearest(frame: &Frame<'_>) -> f64 {
+    let [width, height] = frame.size();
+    let between = GBuffer::trace(&frame.structure, frame.triangles(), frame.view(), width, height);
+    f64::from(between.depth().nearest())
 }
 
 /// Both images, and what they took.

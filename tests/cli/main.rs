@@ -16,6 +16,7 @@ mod render;
 mod results;
 mod samples;
 mod stability;
+mod stereo;
 mod support;
 mod timed;
 mod two_level;

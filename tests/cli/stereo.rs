@@ -1,0 +1,95 @@
+//! `raybudget stereo`: what is reused is the left image's, and all else is as traced.
+
+use crate::support::{arg, folder, names_in, raybudget};
+use std::fs::{self, File};
+use std::path::Path;
+
+const FILES: [&str; 5] = ["difference.png", "left.png", "right-traced.png", "right.png", "traced-pixels.png"];
+
+/// The pixels of a picture, in rows.
+fn pixels(path: &Path) -> Vec<[u8; 3]> {
+    let decoder = png::Decoder::new(std::io::BufReader::new(File::open(path).expect("a picture")));
+    let mut reader = decoder.read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("it is small")];
+    reader.next_frame(&mut bytes).expect("a PNG");
+    bytes.as_chunks::<3>().0.to_vec()
+}
+
+#[test]
+fn eyes_in_one_place_share_the_whole_image() {
+    let out = folder();
+    let options = ["--size", "61x47", "--interaxial", "0", "-o", arg(out.path())];
+    let text = raybudget(["stereo", "cornell"].iter().chain(&options)).ok();
+    assert_eq!(names_in(out.path()), FILES);
+    for part in [
+        "what the left image shows                  2867  100.00 %",
+        "PSNR infinite, 0.00 % of the pixels differ",
+        "2 / (2 - p (1 - b)) = 2.000 with p = 1.000",
+    ] {
+        assert!(text.contains(part), "no '{part}' in: {text}");
+    }
+    let [left, right] =
+        ["left.png", "right.png"].map(|name| fs::read(out.path().join(name)).expect("a picture"));
+    assert!(left == right);
+}
+
+#[test]
+fn pixels_that_were_traced_are_those_of_an_image_that_is_traced_whole() {
+    let out = folder();
+    let options = ["--size", "90x70", "-o", arg(out.path())];
+    raybudget(["stereo", "atrium"].iter().chain(&options)).ok();
+    let [difference, left, whole, right, traced] = FILES.map(|name| pixels(&out.path().join(name)));
+    let (mut reused, mut by_tracing) = (0, 0);
+    for (place, pixel) in right.iter().enumerate() {
+        // Pixels that were traced are marked in a colour, others are grey.
+        let [r, g, b] = traced[place];
+        if r == g && g == b {
+            reused += 1;
+            let row = place / 90 * 90..(place / 90 + 1) * 90;
+            assert!(left[row].contains(pixel), "pixel {place} is nowhere in its row of the left image");
+        } else {
+            by_tracing += 1;
+            assert_eq!((pixel, difference[place]), (&whole[place], [0; 3]), "pixel {place}");
+        }
+    }
+    assert!(reused > 5000 && by_tracing > 100, "{reused}, {by_tracing}");
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_number_of_threads_or_on_the_traversal() {
+    let run = |options: &[&str]| {
+        let out = folder();
+        let text =
+            raybudget(["stereo", "teapot", "--size", "50x40", "-o", arg(out.path())].iter().chain(options))
+                .ok();
+        (FILES.map(|name| fs::read(out.path().join(name)).expect("a picture")), text)
+    };
+    let first = run(&["--threads", "1"]);
+    assert!(run(&["--threads", "3"]) == first);
+    assert!(run(&["--accel", "kd", "--traversal", "backtrack"]).0 == first.0);
+}
+
+#[test]
+fn eyes_that_cannot_be_are_refused_and_leave_nothing() {
+    let dir = folder();
+    let out = dir.path().join("pair");
+    for (options, problem) in [
+        (
+            ["--interaxial", "-1"],
+            "--interaxial -1: a distance between two eyes expected; give a finite number from 0 on",
+        ),
+        (["--interaxial", "inf"], "--interaxial inf: a distance between two eyes expected"),
+        (
+            ["--convergence", "0"],
+            "--convergence 0: a depth in front of the eyes expected; give a number above 0, or inf",
+        ),
+        (["--convergence", "nan"], "--convergence NaN: a depth"),
+        (["--leave-out", "normals"], "a picture is shaded by the flat normal"),
+    ] {
+        let [option, value] = options;
+        let joined = format!("{option}={value}");
+        let refused = raybudget(["stereo", "cornell", "--size", "8x8", "-o", arg(&out), &joined]).refused();
+        assert!(refused.contains(problem), "{refused}");
+        assert!(!out.exists());
+    }
+}
