@@ -3,8 +3,8 @@
 //! The trace is recorded first and kept in memory, so that the time is the replay's alone.
 
 use gpumodel::{
-    EnergyTable, Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique, Value,
-    estimate, replay,
+    EnergyTable, Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique,
+    Value, estimate, replay,
 };
 use scenes::{Light, Vec3};
 use std::time::Instant;

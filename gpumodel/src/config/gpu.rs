@@ -2,8 +2,8 @@
 
 use super::atomics::{Atomics, atomics};
 use super::gpu_checks::{
-    IN_FLIGHT, RATE, WIDEST_WARP, cache_latency, caches, dram_standard, energy, path, registers, texture, tiler,
-    warp_pixels,
+    IN_FLIGHT, RATE, WIDEST_WARP, cache_latency, caches, dram_standard, energy, path, registers, texture,
+    tiler, warp_pixels,
 };
 use super::gpu_file::GpuFile;
 use super::gpu_presets::BuiltinGpu;

@@ -2,7 +2,8 @@
 
 use super::gpu::{CacheLevel, GpuEnergy, Registers, TextureUnit, Tiler};
 use super::gpu_file::{
-    CacheFile, EnergyFile, FullWord, PerFile, PerWord, PolicyFile, RegistersFile, TextureFile, TilerFile, WaysFile,
+    CacheFile, EnergyFile, FullWord, PerFile, PerWord, PolicyFile, RegistersFile, TextureFile, TilerFile,
+    WaysFile,
 };
 use super::sourced::{File, Sourced};
 use crate::error::Error;

@@ -22,10 +22,12 @@ pub use atomics::Atomics;
 pub use costs::{Cost, RayQueryCosts, ShaderCosts, SharedCosts, TraversalCosts};
 pub(crate) use costs::{SecondaryCosts, has_secondary};
 pub use energy_table::{Boundary, EnergyTable};
-pub(crate) use energy_table::{DramFigures, LeakageFigures, Logic, LogicFigure, Process, RailFigures, RailLaw};
+pub(crate) use energy_table::{
+    DramFigures, LeakageFigures, Logic, LogicFigure, Process, RailFigures, RailLaw,
+};
 pub use gpu::{
-    CacheLevel, CacheRole, Clock, Dram, Family, Gpu, GpuEnergy, Identity, LoadStore, Output, Paths, Registers,
-    Scheduler, ShaderCores, TextureUnit, Tiler,
+    CacheLevel, CacheRole, Clock, Dram, Family, Gpu, GpuEnergy, Identity, LoadStore, Output, Paths,
+    Registers, Scheduler, ShaderCores, TextureUnit, Tiler,
 };
 pub use gpu_presets::{BuiltinGpu, GPUS};
 pub use ray_pipeline::RayPipeline;

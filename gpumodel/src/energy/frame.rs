@@ -99,8 +99,12 @@ impl FrameEnergy {
                 pass.dram_joules += if row.domain == Domain::Dram { joules } else { 0.0 };
             }
         }
-        let cause = |Row { cause, domain, boundary, tag, joules }| {
-            CauseEnergy { cause, domain, joules: joules.iter().sum(), boundary, tag }
+        let cause = |Row { cause, domain, boundary, tag, joules }| CauseEnergy {
+            cause,
+            domain,
+            joules: joules.iter().sum(),
+            boundary,
+            tag,
         };
         let causes = rows.into_iter().map(cause).filter(|cause| cause.joules > 0.0).collect();
         Self { causes, passes: of_passes, prices, dram_bytes }

@@ -109,14 +109,7 @@ fn find<'a>(
     })
 }
 
-fn unknown(
-    table: &EnergyTable,
-    tables: &str,
-    key: &str,
-    name: &str,
-    known: Vec<&str>,
-    gpu: &Gpu,
-) -> Error {
+fn unknown(table: &EnergyTable, tables: &str, key: &str, name: &str, known: Vec<&str>, gpu: &Gpu) -> Error {
     Error::Config {
         file: gpu.name().to_owned(),
         line: None,

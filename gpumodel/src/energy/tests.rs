@@ -188,7 +188,10 @@ fn a_rail_takes_what_was_measured_of_one_interface() {
         let devices = &dram.rails()[0];
         close(devices.floor_watts() + devices.traffic_watts(rate), 2.0 * (45.7 + 160.06 * gbs.sqrt()) * 1e-3);
         let interface = &dram.rails()[1];
-        close(interface.floor_watts() + interface.traffic_watts(rate), 2.0 * (118.9 + 144.4 * gbs.sqrt()) * 1e-3);
+        close(
+            interface.floor_watts() + interface.traffic_watts(rate),
+            2.0 * (118.9 + 144.4 * gbs.sqrt()) * 1e-3,
+        );
     }
     let linear = self::prices(&builtin("adreno-540"));
     let [low, high] = [1e9, 11e9].map(|rate| linear.dram().watts(rate));

@@ -378,7 +378,7 @@ fn energy_assumption(energy: &FrameEnergy) -> String {
     let prices = &energy.prices;
     let estimated = energy.causes.iter().filter(|cause| cause.tag == Tag::Estimate).count();
     format!(
-        "Energy is that of {} at {} V with a chip of {} degrees Celsius; {estimated} of its {} causes rest on estimates. Boundaries: unit, arithmetic alone; \
+        "Energy is that of a chip in {} at {} V and {} degrees Celsius; {estimated} of its {} causes rest on estimates. Boundaries: unit, arithmetic alone; \
          array, memory cells with their periphery; core, a shader core; GPU, all of it; DRAM rails, the devices' supplies; PHY rail, the interface's; \
          whole path, devices, interface and controller.",
         prices.process(),

@@ -13,8 +13,8 @@ pub use forced::ForcedCost;
 pub use time::StackPart;
 
 use crate::config::Gpu;
-use crate::energy::{EnergyPrices, FrameEnergy, PassEnergy};
 use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
+use crate::energy::{EnergyPrices, FrameEnergy, PassEnergy};
 use crate::error::Error;
 use crate::replay::{ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;

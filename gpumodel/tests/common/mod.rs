@@ -1,6 +1,8 @@
 //! Small frames of built-in scenes, for replays.
 
-use gpumodel::{EnergyTable, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique};
+use gpumodel::{
+    EnergyTable, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique,
+};
 use scenes::{Light, Scene, Vec3};
 use tracer::{AccelerationStructure, BuildOptions, FrameTracer, Rays, SceneIdentity, Traversal, View};
 

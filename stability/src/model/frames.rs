@@ -4,8 +4,8 @@ use crate::Size;
 use crate::case::{Case, Limit};
 use crate::structures::Watch;
 use gpumodel::{
-    Estimate, Fidelity, GPUS, EnergyTable, Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, Replayed,
-    ShaderCosts, Technique, Value, estimate, replay, replay_all,
+    EnergyTable, Estimate, Fidelity, GPUS, Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig,
+    Replayed, ShaderCosts, Technique, Value, estimate, replay, replay_all,
 };
 use scenes::{Light, Triangle};
 use tracer::{
