@@ -85,8 +85,8 @@ pub enum Quantity {
     TimeRatio,
     /// Milliwatts of one supply of one interface of the memory.
     RailMw,
-    /// Milliwatts of the whole memory beyond what it takes idle, per 10^9 bytes per second.
-    MwPerGbs,
+    /// Picojoules per byte of the whole memory beyond what it takes idle: milliwatts per 10^9 bytes per second.
+    PjPerByte,
 }
 
 /// A published figure or range.
@@ -140,13 +140,13 @@ pub fn parse(text: &str, file: &str) -> Result<Vec<Row>, Error> {
             let problem = "footprints are for a knee, blocks for a monotone row".to_owned();
             return refuse(problem, "correct the sweep or the kind");
         }
-        let of_power = matches!(row.quantity, Quantity::RailMw | Quantity::MwPerGbs);
+        let of_power = matches!(row.quantity, Quantity::RailMw | Quantity::PjPerByte);
         if of_power != (row.kind == Kind::Power)
             || of_power != row.interface_gbs.is_some()
             || (row.quantity == Quantity::RailMw) != row.rail.is_some()
         {
             let problem =
-                "kind power goes with rail_mw or mw_per_gbs and interface_gbs, and rail with rail_mw";
+                "kind power goes with rail_mw or pj_per_byte and interface_gbs, and rail with rail_mw";
             return refuse(problem.to_owned(), "correct these keys");
         }
         if of_power {
@@ -215,7 +215,7 @@ impl Quantity {
             Self::Gbs | Self::L2Gbs | Self::ExternalGbs => "GB/s",
             Self::TimeRatio => "x",
             Self::RailMw => "mW",
-            Self::MwPerGbs => "mW/(GB/s)",
+            Self::PjPerByte => "pJ/B",
         }
     }
 
@@ -230,7 +230,7 @@ impl Quantity {
             Self::L2Gbs => observed.cache_bytes_per_second(CacheRole::L2) / 1e9,
             Self::ExternalGbs => observed.memory_bytes_per_second() / 1e9,
             Self::RailMw => memory.map_or(f64::NAN, |(memory, rail)| rail_milliwatts(memory, rail, rate)),
-            Self::MwPerGbs => {
+            Self::PjPerByte => {
                 memory.map_or(f64::NAN, |(memory, _)| (memory.watts(rate) - memory.watts(0.0)) * 1e12 / rate)
             }
         }
