@@ -16,10 +16,12 @@
 //! In a tick as many turns are issued as there are cores with warps.
 
 mod caches;
+mod ready;
 #[cfg(test)]
 mod tests;
 
 use self::caches::{Caches, Delay, Resident, Waits};
+use self::ready::ReadyTimes;
 use crate::config::{Gpu, RayUnit};
 use crate::counters::{BufferTraffic, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
@@ -127,8 +129,8 @@ pub(crate) struct Interleaver {
     caches: Caches,
     /// Slots of core `c` are at `c * slots ..`.
     resident: Vec<Slot>,
-    /// Of each slot, when its warp can issue the next turn, in cycles; infinite without one.
-    ready: Vec<f64>,
+    /// Of each slot, when its warp can issue the next turn, in cycles.
+    ready: ReadyTimes,
     cores: usize,
     slots: usize,
     /// Per core, the time up to which its load/store port or its ALU is busy, in cycles.
@@ -181,7 +183,7 @@ impl Interleaver {
         Self {
             caches: Caches::new(gpu, hierarchy, paths, places),
             resident: (0..cores * slots).map(|_| Slot::default()).collect(),
-            ready: vec![f64::INFINITY; cores * slots],
+            ready: ReadyTimes::new(cores, slots),
             cores,
             slots,
             busy_until: vec![0.0; cores],
@@ -290,7 +292,7 @@ impl Interleaver {
         self.slots = warps as usize;
         let slots = self.cores * self.slots;
         self.resident.resize_with(slots, Slot::default);
-        self.ready = vec![f64::INFINITY; slots];
+        self.ready = ReadyTimes::new(self.cores, self.slots);
     }
 
     /// Writes dirty lines back; everything has been drained.
@@ -319,7 +321,7 @@ impl Interleaver {
                         self.busy_until[core] = now;
                     }
                     self.occupied[core] += 1;
-                    self.ready[place] = self.busy_until[core];
+                    self.ready.set(place, self.busy_until[core]);
                 }
             }
         }
@@ -328,12 +330,11 @@ impl Interleaver {
 
     /// Finds the next turn of a core.
     fn plan(&mut self, core: usize) {
-        let slots = core * self.slots..(core + 1) * self.slots;
-        let place = slots.start + first_of_many(&self.ready[slots]);
+        let place = self.ready.first(core);
         self.next[core] = place;
         let Slot { words, next, .. } = &self.resident[place];
         self.next_words[core] = words.get(next.start).copied().unwrap_or_default();
-        self.starts[core] = self.busy_until[core].max(self.ready[place]);
+        self.starts[core] = self.busy_until[core].max(self.ready.at(place));
     }
 
     fn tick(&mut self) {
@@ -393,11 +394,12 @@ impl Interleaver {
         let Waits { queue, latency } = self.caches.end_turn(last);
         let served = &mut self.shared_until[self.copies[core]];
         *served = served.max(start) + queue;
-        self.ready[place] = self.busy_until[core].max(*served) + latency;
+        let mut ready = self.busy_until[core].max(*served) + latency;
         if slot.is_free() && !slot.refill(&mut self.waiting) {
-            self.ready[place] = f64::INFINITY;
+            ready = f64::INFINITY;
             self.occupied[core] -= 1;
         }
+        self.ready.set(place, ready);
         self.plan(core);
         self.hold_up();
     }
@@ -416,9 +418,10 @@ impl Interleaver {
                 let Range { start, end } = self.bank_delay;
                 bank = start + (end - start) * fraction(self.from_memory);
             }
-            self.ready[place as usize] += (cycles + bank).max(0.0);
+            let place = place as usize;
+            self.ready.set(place, self.ready.at(place) + (cycles + bank).max(0.0));
             // Those of a core come one after the other.
-            let core = place as usize / self.slots;
+            let core = place / self.slots;
             if let Some(before) = held_up.replace(core).filter(|&before| before != core) {
                 self.plan(before);
             }
@@ -432,34 +435,6 @@ impl Interleaver {
 fn first_of(times: &[f64]) -> usize {
     let (mut first, mut least) = (0, times[0]);
     for (place, &time) in times.iter().enumerate().skip(1) {
-        if time < least {
-            (first, least) = (place, time);
-        }
-    }
-    first
-}
-
-/// As [`first_of`], for many numbers: every fourth is searched by itself, so that no comparison waits for the one before. A core has 16 to 128 slots; of 128 that finds
-/// the first in a third of the time, of 16 in as much.
-fn first_of_many(times: &[f64]) -> usize {
-    const SEARCHES: usize = 4;
-    let (rows, rest) = times.as_chunks::<SEARCHES>();
-    let (mut leasts, mut firsts) = ([f64::INFINITY; SEARCHES], [0; SEARCHES]);
-    for (row, times) in rows.iter().enumerate() {
-        for search in 0..SEARCHES {
-            let less = times[search] < leasts[search];
-            leasts[search] = if less { times[search] } else { leasts[search] };
-            firsts[search] = if less { row } else { firsts[search] };
-        }
-    }
-    let (mut first, mut least) = (firsts[0] * SEARCHES, leasts[0]);
-    for search in 1..SEARCHES {
-        let place = firsts[search] * SEARCHES + search;
-        if leasts[search] < least || (leasts[search] == least && place < first) {
-            (first, least) = (place, leasts[search]);
-        }
-    }
-    for (place, &time) in (rows.len() * SEARCHES..).zip(rest) {
         if time < least {
             (first, least) = (place, time);
         }
