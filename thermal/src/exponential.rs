@@ -70,9 +70,9 @@ impl Exponential {
         let temperatures = state.temperatures();
         // Of each mode: how much of a remainder reaches it, in weighted units.
         let reach = |this: &Self, k: usize| {
-            equation.leakage.map_or(0.0, |leakage| {
-                this.eigen.row(leakage.node)[k] / this.weights[leakage.node]
-            })
+            equation
+                .leakage
+                .map_or(0.0, |leakage| this.eigen.row(leakage.node)[k] / this.weights[leakage.node])
         };
         let functions: Vec<[f64; 5]> = self.eigen.values.iter().map(|value| phi(h * value)).collect();
         let (middle, end) = equation.leakage.map_or((0.0, 0.0), |leakage| {

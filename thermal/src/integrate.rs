@@ -179,7 +179,11 @@ impl Integrator {
             let finite = self.next.values().iter().all(|value| value.is_finite());
             let Steps::Tolerance(tolerance) = self.steps else {
                 self.counts.steps += 1;
-                return if finite { Ok(step) } else { Err(self.stuck(passed, "the step is too long for it")) };
+                return if finite {
+                    Ok(step)
+                } else {
+                    Err(self.stuck(passed, "the step is too long for it"))
+                };
             };
             let ratio = if finite && error.is_finite() { error / tolerance } else { f64::INFINITY };
             let change = SAFETY * ratio.powf(-1.0 / self.method.error_order());

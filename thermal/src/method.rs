@@ -85,7 +85,9 @@ impl Stepper {
 
 /// The largest magnitude; `NaN` if one is.
 pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.map(f64::abs).fold(0.0, |largest, value| if value <= largest || largest.is_nan() { largest } else { value })
+    values
+        .map(f64::abs)
+        .fold(0.0, |largest, value| if value <= largest || largest.is_nan() { largest } else { value })
 }
 
 #[cfg(test)]

@@ -175,10 +175,7 @@ mod tests {
     #[test]
     fn heat_flows_in_series_and_in_parallel() {
         let nodes = vec![node("die", 0.1, 0.0), node("case", 50.0, 0.25)];
-        let links = [
-            Link { between: [0, 1], conductance: 0.3 },
-            Link { between: [1, 0], conductance: 0.2 },
-        ];
+        let links = [Link { between: [0, 1], conductance: 0.3 }, Link { between: [1, 0], conductance: 0.2 }];
         let network = Network::new(nodes, &links).expect("a network");
         let settled = network.settled(&[2.0, 1.0]);
         assert!((settled[1] - 3.0 / 0.25).abs() < 1e-12 && (settled[0] - (12.0 + 2.0 / 0.5)).abs() < 1e-12);

@@ -90,7 +90,8 @@ impl Rosenbrock {
             self.lu.solve(temperatures);
             for (row, heat) in (n..size).zip(heat) {
                 let slopes = &self.jacobian[row * size..row * size + n];
-                let follows: f64 = slopes.iter().zip(&*temperatures).map(|(slope, change)| slope * change).sum();
+                let follows: f64 =
+                    slopes.iter().zip(&*temperatures).map(|(slope, change)| slope * change).sum();
                 *heat = GAMMA * seconds * (*heat + follows);
             }
         }

@@ -94,7 +94,8 @@ mod tests {
         let n = 4;
         // Conductances of a chain over capacities of six decades.
         let scale = [1e3, 1e1, 1e-1, 1e-3];
-        let laplacian = [2.0, -1.0, 0.0, 0.0, -1.0, 2.0, -1.0, 0.0, 0.0, -1.0, 2.0, -1.0, 0.0, 0.0, -1.0, 1.5];
+        let laplacian =
+            [2.0, -1.0, 0.0, 0.0, -1.0, 2.0, -1.0, 0.0, 0.0, -1.0, 2.0, -1.0, 0.0, 0.0, -1.0, 1.5];
         let matrix: Vec<f64> = (0..n * n).map(|k| scale[k / n] * laplacian[k] * scale[k % n]).collect();
         let mut eigen = Eigen::default();
         eigen.of(&mut matrix.clone(), n);

@@ -76,19 +76,19 @@ fn heat_in_is_heat_stored_and_heat_out() {
     }
 }
 
+/// A die that is a million times as fast costs a few steps more at the start, where it warms, and none later.
 #[test]
 fn steps_of_the_stiff_methods_do_not_depend_on_the_fastest_time_constant() {
-    for (method, varies) in [(Method::Implicit, true), (Method::Exponential, false)] {
-        let steps: Vec<u64> = (0..=6)
-            .map(|decade| {
-                let network = chain(1e-1 * 10_f64.powi(-decade));
-                let equation = heated(&network, LEAKAGE);
-                let (_, counts) = follow(&equation, method, Steps::Tolerance(1e-3), TEN_MINUTES);
-                counts.steps + counts.rejected
-            })
-            .collect();
+    for method in [Method::Implicit, Method::Exponential] {
+        let steps = |decade: i32| {
+            let network = chain(1e-1 * 10_f64.powi(-decade));
+            let equation = heated(&network, LEAKAGE);
+            let (_, counts) = follow(&equation, method, Steps::Tolerance(1e-3), TEN_MINUTES);
+            counts.steps + counts.rejected
+        };
+        let steps: Vec<u64> = (0..=6).map(steps).collect();
         let (least, most) = (steps.iter().min().expect("steps"), steps.iter().max().expect("steps"));
-        assert!(*most < 200 && (varies || most - least <= 8), "{}: {steps:?}", method.name());
+        assert!(*most <= 2 * least, "{}: {steps:?}", method.name());
     }
 }
 

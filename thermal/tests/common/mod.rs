@@ -3,8 +3,9 @@
 use thermal::{HeatEquation, Leakage, Link, Network, Node};
 
 /// A chain from a die to the case, as of a phone; the die holds `die` J/K.
-pub fn chain(die: f64) -> Network {
-    let node = |name: &str, heat_capacity, to_ambient| Node { name: name.to_owned(), heat_capacity, to_ambient };
+pub(crate) fn chain(die: f64) -> Network {
+    let node =
+        |name: &str, heat_capacity, to_ambient| Node { name: name.to_owned(), heat_capacity, to_ambient };
     let nodes = vec![
         node("die", die, 0.0),
         node("package", 0.6, 0.0),
@@ -16,7 +17,11 @@ pub fn chain(die: f64) -> Network {
 }
 
 /// 3 W at the die and 1 W at the board.
-pub fn heated(network: &Network, leakage: f64) -> HeatEquation<'_> {
+pub(crate) fn heated(network: &Network, leakage: f64) -> HeatEquation<'_> {
     let leakage = Leakage { node: 0, at_reference: leakage, reference: 20.0, per_kelvin: 0.03 };
-    HeatEquation { network, power: vec![3.0, 0.0, 1.0, 0.0], leakage: (leakage.at_reference > 0.0).then_some(leakage) }
+    HeatEquation {
+        network,
+        power: vec![3.0, 0.0, 1.0, 0.0],
+        leakage: (leakage.at_reference > 0.0).then_some(leakage),
+    }
 }
