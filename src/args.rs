@@ -272,6 +272,9 @@ pub(crate) enum VerifyWhat {
     Hardware(HardwareArgs),
     /// Drive tracer, solvers and models to the ends of their ranges; exit code 1 when a case misses its limit.
     Stability(StabilityArgs),
+    /// Hold the simulation of temperatures against closed forms, its integrators against each other; exit code 1 when a case misses its
+    /// limit.
+    Thermal(ThermalArgs),
 }
 
 #[derive(Args, Debug)]
@@ -368,6 +371,19 @@ pub(crate) struct StabilityArgs {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ThermalArgs {
+    /// Fixed steps from a millisecond instead of a tenth of one.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    /// Also write the tables, and charts of error against run time and length of step, into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// How a miss-ratio curve is made.

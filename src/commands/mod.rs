@@ -11,6 +11,7 @@ pub(crate) mod replay;
 mod sampling;
 pub(crate) mod shell;
 mod stability;
+mod thermal;
 pub(crate) mod trace;
 pub(crate) mod verify;
 pub(crate) mod whatif;

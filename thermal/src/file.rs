@@ -13,7 +13,6 @@ pub(crate) struct PhoneFile {
     pub(crate) node: Vec<NodeFile>,
     pub(crate) link: Vec<LinkFile>,
     pub(crate) heat: HeatFile,
-    pub(crate) leakage: LeakageFile,
     #[serde(default)]
     pub(crate) other: Vec<OtherFile>,
     #[serde(default)]
@@ -47,14 +46,6 @@ pub(crate) struct LinkFile {
 pub(crate) struct HeatFile {
     pub(crate) gpu: Spanned<String>,
     pub(crate) dram: Spanned<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct LeakageFile {
-    pub(crate) reference_celsius: Sourced,
-    pub(crate) per_kelvin: Sourced,
-    pub(crate) voltage_exponent: Sourced,
 }
 
 #[derive(Deserialize)]

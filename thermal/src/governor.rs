@@ -30,8 +30,9 @@ pub struct Cap {
 /// What a zone does about its temperature.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
-    /// One operating point down at each reading above the trip that is higher than the last, one up at each that is lower, and all up
-    /// below it: Linux `drivers/thermal/gov_step_wise.c`.
+    /// One operating point down at each reading from the trip on that is higher than the last, one up at each below its hysteresis that is lower than the
+    /// last: Linux `drivers/thermal/gov_step_wise.c` up to 6.8, with a band between them in which nothing happens, as `ss` of Qualcomm's thermal-engine has
+    /// it. Linux itself uses the hysteresis otherwise or not at all, by version.
     StepWise(Trip),
     /// A cap for each trip, by rising temperature: the `monitor` of Qualcomm's thermal-engine.
     Monitor(Vec<Cap>),
@@ -74,7 +75,12 @@ impl<'a> Watcher<'a> {
     }
 
     fn interval(&self) -> f64 {
-        if self.holding > 0 { self.zone.polling_passive } else { self.zone.polling }
+        if self.is_passive() { self.zone.polling_passive } else { self.zone.polling }
+    }
+
+    /// Whether it lowers the clock, or could be about to.
+    fn is_passive(&self) -> bool {
+        self.holding > 0 || self.wanted > 0
     }
 
     /// Whether the sensor itself tells of the next crossing.
@@ -126,17 +132,13 @@ impl<'a> Watcher<'a> {
         self.readings += 1;
         match &self.zone.rule {
             Rule::StepWise(trip) => {
-                let held = holds(trip, self.holding > 0);
+                let held = holds(trip, self.is_passive());
+                if holds(trip, false) && self.last.is_none_or(|last| rise > last) {
+                    self.wanted = (lowered + 1).min(clocks.len() - 1);
+                } else if !held && self.last.is_some_and(|last| rise < last) {
+                    self.wanted = lowered.saturating_sub(1).min(self.wanted);
+                }
                 self.holding = usize::from(held);
-                let most = clocks.len() - 1;
-                let rising = self.last.is_none_or(|last| rise > last);
-                let falling = self.last.is_some_and(|last| rise < last);
-                self.wanted = match (held, rising, falling) {
-                    (true, true, _) => (lowered + 1).min(most),
-                    (true, _, true) => lowered.saturating_sub(1).clamp(1.min(most), most),
-                    (false, _, true) => 0,
-                    _ => self.wanted,
-                };
                 self.last = Some(rise);
             }
             Rule::Monitor(caps) => {
@@ -167,22 +169,25 @@ mod tests {
         Zone { name: "zone".to_owned(), sensor: 0, polling: 0.0, polling_passive: 0.25, rule }
     }
 
-    /// The rules of `get_target_state` of Linux, each reading in turn.
+    /// The rules of `get_target_state` of Linux, each reading in turn, and the band in which nothing happens.
     #[test]
-    fn step_wise_lowers_while_it_warms_and_lifts_while_it_cools() {
-        let zone = zone(Rule::StepWise(Trip { celsius: 95.0, hysteresis: 2.0 }));
+    fn step_wise_lowers_while_it_warms_and_lifts_while_it_cools_below_its_hysteresis() {
+        let zone = zone(Rule::StepWise(Trip { celsius: 95.0, hysteresis: 5.0 }));
         let mut watcher = Watcher::new(&zone, 25.0);
         let mut lowered = 0;
         let readings = [
             (95.0, 1),
             (96.0, 2),
             (96.0, 2),
-            (97.0, 3),
-            (98.0, 3),
-            (96.0, 2),
-            (94.0, 1),
-            (93.5, 1),
-            (92.9, 0),
+            (94.0, 2),
+            (94.5, 2),
+            (95.5, 3),
+            (90.0, 3),
+            (89.9, 2),
+            (89.9, 2),
+            (89.0, 1),
+            (93.0, 1),
+            (80.0, 0),
             (94.9, 0),
         ];
         for (celsius, expected) in readings {

@@ -31,6 +31,6 @@ pub use integrate::{Counts, Crossing, Direction, Integrator, Reached, Steps};
 pub use leakage::Leakage;
 pub use method::Method;
 pub use network::{Link, Network, Node};
-pub use phone::{BUILTIN, LeakageLaw, Phone, Shutdown};
-pub use simulate::{OperatingPoint, Outcome, Run, Sample, Settings, Switch};
+pub use phone::{BUILTIN, Phone, Shutdown};
+pub use simulate::{LeakageLaw, OperatingPoint, Outcome, Run, Sample, Settings, Switch};
 pub use steady::{LongRun, long_run};

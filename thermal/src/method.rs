@@ -6,12 +6,13 @@ use crate::exponential::Exponential;
 use crate::rosenbrock::Rosenbrock;
 
 /// A one-step method with an estimate of its own error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Method {
     /// Runge-Kutta of order 5 with an embedded order 4 (Dormand and Prince 1980). Explicit: its steps cannot be much longer than the
     /// fastest time constant.
     Explicit,
     /// Rosenbrock method of order 4 with an embedded order 3, RODAS (Hairer and Wanner 1996): implicit, L-stable.
+    #[default]
     Implicit,
     /// Exponential Rosenbrock method of order 4 with an embedded order 3 (Hochbruck, Ostermann and Schweitzer 2009): exact for
     /// constant power without leakage, over any step.

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::lu::Lu;
+use crate::symmetric::Eigen;
 
 /// A part of a phone that has one temperature.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,6 +145,19 @@ impl Network {
         temperatures
     }
 
+    /// The time constants, in seconds, the longest first: every temperature is a sum of decays with these, without leakage.
+    pub fn time_constants(&self) -> Vec<f64> {
+        let n = self.size();
+        let weight = |i: usize| self.nodes[i].heat_capacity.sqrt();
+        let entry = |k: usize| self.conductances[k] / (weight(k / n) * weight(k % n));
+        let mut matrix: Vec<f64> = (0..n * n).map(entry).collect();
+        let mut eigen = Eigen::default();
+        eigen.of(&mut matrix, n);
+        let mut constants: Vec<f64> = eigen.values.iter().map(|rate| 1.0 / rate).collect();
+        constants.sort_by(|a, b| b.total_cmp(a));
+        constants
+    }
+
     /// A node from which no chain of links leads to one that touches the air.
     fn insulated(&self) -> Option<usize> {
         let n = self.size();
@@ -180,6 +194,20 @@ mod tests {
         let settled = network.settled(&[2.0, 1.0]);
         assert!((settled[1] - 3.0 / 0.25).abs() < 1e-12 && (settled[0] - (12.0 + 2.0 / 0.5)).abs() < 1e-12);
         assert!((network.stored(&[1.0, 2.0]) - 100.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn time_constants_are_those_of_two_nodes_in_closed_form() {
+        let nodes = vec![node("die", 1e-6, 0.0), node("case", 50.0, 0.25)];
+        let network = Network::new(nodes, &[Link { between: [0, 1], conductance: 0.5 }]).expect("a network");
+        // Rates are the roots of x^2 - (g/c + (g+a)/C) x + g a / (c C).
+        let (sum, product): (f64, f64) = (0.5 / 1e-6 + 0.75 / 50.0, 0.5 * 0.25 / (1e-6 * 50.0));
+        let fast = 0.5 * (sum + (sum * sum - 4.0 * product).sqrt());
+        let found = network.time_constants();
+        assert!(
+            (found[1] * fast - 1.0).abs() < 1e-12 && (found[0] * product / fast - 1.0).abs() < 1e-12,
+            "{found:?}"
+        );
     }
 
     #[test]

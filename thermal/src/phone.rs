@@ -1,4 +1,4 @@
-//! A phone: its network, what leaks, what else is on, and what watches over it.
+//! A phone: its network, what else is on, and what watches over it.
 
 use crate::error::Error;
 use crate::file::{GovernorName, PhoneFile, TripFile, ZoneFile};
@@ -9,17 +9,6 @@ use toml::Spanned;
 
 /// The phone that comes with the program: `configs/thermal/phone.toml`.
 pub const BUILTIN: &str = include_str!("../../configs/thermal/phone.toml");
-
-/// How the GPU's leakage follows temperature and voltage.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeakageLaw {
-    /// Degrees Celsius at which a leakage is given.
-    pub reference_celsius: f64,
-    /// Relative growth per kelvin.
-    pub per_kelvin: f64,
-    /// Power of the voltage that it is proportional to.
-    pub voltage_exponent: f64,
-}
 
 /// When the phone shuts down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,8 +34,6 @@ pub struct Phone {
     pub gpu: usize,
     /// The node that the memory heats.
     pub dram: usize,
-    /// How the GPU leaks.
-    pub leakage: LeakageLaw,
     /// Power into each node of what is on besides GPU and memory, in W.
     pub other_watts: Vec<f64>,
     /// What lowers the clock.
@@ -118,12 +105,6 @@ impl Phone {
                 reader.figure(&format!("other.{}.watts", other.name), &other.watts, WATTS)?;
         }
         let ambient_celsius = reader.figure("air.celsius", &read.air.celsius, CELSIUS)?;
-        let law = &read.leakage;
-        let leakage = LeakageLaw {
-            reference_celsius: reader.figure("leakage.reference_celsius", &law.reference_celsius, CELSIUS)?,
-            per_kelvin: reader.figure("leakage.per_kelvin", &law.per_kelvin, 1e-6..=1.0)?,
-            voltage_exponent: reader.figure("leakage.voltage_exponent", &law.voltage_exponent, 0.0..=10.0)?,
-        };
         let shutdown = Shutdown {
             node: reader.node("shutdown.node", &read.shutdown.node)?,
             celsius: reader.figure("shutdown.celsius", &read.shutdown.celsius, CELSIUS)?,
@@ -141,7 +122,6 @@ impl Phone {
             dram: reader.node("heat.dram", &read.heat.dram)?,
             network,
             ambient_celsius,
-            leakage,
             other_watts,
             zones,
             shutdown,

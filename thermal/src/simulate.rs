@@ -20,8 +20,31 @@ pub struct OperatingPoint {
     pub gpu_watts: f64,
     /// Power of the memory, in W.
     pub dram_watts: f64,
-    /// Leakage of the GPU at the phone's reference temperature, in W.
-    pub leakage_watts: f64,
+    /// Leakage of the GPU.
+    pub leakage: LeakageLaw,
+}
+
+/// Leakage by temperature: exponential through a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeakageLaw {
+    /// At a temperature, in W.
+    pub watts: f64,
+    /// That temperature, in degrees Celsius.
+    pub celsius: f64,
+    /// Relative growth per kelvin.
+    pub per_kelvin: f64,
+}
+
+impl LeakageLaw {
+    /// The law through two figures, (degrees Celsius, W); none where leakage does not grow from one to the other.
+    pub fn through([(cool, less), (warm, more)]: [(f64, f64); 2]) -> Option<Self> {
+        let per_kelvin = (more / less).ln() / (warm - cool);
+        (per_kelvin > 0.0 && per_kelvin.is_finite()).then_some(Self {
+            watts: less,
+            celsius: cool,
+            per_kelvin,
+        })
+    }
 }
 
 /// How a load is followed.
@@ -40,7 +63,7 @@ pub struct Settings {
 impl Settings {
     /// So many seconds with a sample each, by the default method and tolerance.
     pub fn over(seconds: f64) -> Self {
-        Self { seconds, sample_seconds: 1.0, method: Method::Exponential, tolerance: 1e-3 }
+        Self { seconds, sample_seconds: 1.0, method: Method::default(), tolerance: 1e-3 }
     }
 }
 
@@ -114,7 +137,8 @@ impl OperatingPoint {
             ("frame rate", self.frames_per_second, 0.0),
             ("power of the GPU", self.gpu_watts, 0.0),
             ("power of the memory", self.dram_watts, 0.0),
-            ("leakage", self.leakage_watts, 0.0),
+            ("leakage", self.leakage.watts, 0.0),
+            ("growth of leakage per kelvin", self.leakage.per_kelvin, f64::MIN_POSITIVE),
         ];
         for (what, value, least) in figures {
             if !(value >= least && value.is_finite()) {
@@ -134,9 +158,9 @@ impl Phone {
         power[self.dram] += point.dram_watts;
         let leakage = Leakage {
             node: self.gpu,
-            at_reference: point.leakage_watts,
-            reference: self.leakage.reference_celsius - self.ambient_celsius,
-            per_kelvin: self.leakage.per_kelvin,
+            at_reference: point.leakage.watts,
+            reference: point.leakage.celsius - self.ambient_celsius,
+            per_kelvin: point.leakage.per_kelvin,
         };
         HeatEquation { network: &self.network, power, leakage: Some(leakage) }
     }

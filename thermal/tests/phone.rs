@@ -1,11 +1,16 @@
 //! What does a load do to a phone?
 
 use thermal::{
-    BUILTIN, LongRun, Method, OperatingPoint, Outcome, Phone, Rule, Run, Settings, Trip, Zone, long_run,
+    BUILTIN, LeakageLaw, LongRun, Method, OperatingPoint, Outcome, Phone, Rule, Run, Settings, Trip, Zone,
+    long_run,
 };
 
 fn phone() -> Phone {
     Phone::parse(BUILTIN, "phone.toml").expect("the built-in phone")
+}
+
+fn law(watts: f64) -> LeakageLaw {
+    LeakageLaw { watts, celsius: 55.0, per_kelvin: 0.035 }
 }
 
 /// `watts` at the highest clock, by the square of a voltage that falls with the clock.
@@ -15,7 +20,7 @@ fn points(watts: f64) -> Vec<OperatingPoint> {
         frames_per_second: mhz / 10.0,
         gpu_watts: watts * (mhz / 710.0) * (volts / 0.92_f64).powi(2),
         dram_watts: 0.5,
-        leakage_watts: 0.2 * (volts / 0.92_f64).powi(3),
+        leakage: law(0.2 * (volts / 0.92_f64).powi(3)),
     };
     [(710.0, 0.92), (596.0, 0.82), (414.0, 0.71), (342.0, 0.65), (257.0, 0.62)].map(point).to_vec()
 }
@@ -106,7 +111,7 @@ fn leakage_above_the_gain_of_the_network_runs_away_and_says_so() {
     let mut phone = phone();
     phone.zones.clear();
     let mut points = points(3.0);
-    points[0].leakage_watts = 3.0;
+    points[0].leakage = law(3.0);
     assert_eq!(long_run(&phone.equation(&points[0])), LongRun::RunsAway);
     for method in Method::ALL {
         let settings = Settings { method, ..Settings::over(600.0) };
@@ -128,15 +133,15 @@ fn the_largest_leakage_that_settles_is_that_of_theory() {
     let mut watt = vec![0.0; phone.network.size()];
     watt[phone.gpu] = 1.0;
     let resistance = phone.network.settled(&watt)[phone.gpu];
-    let reference = phone.leakage.reference_celsius - phone.ambient_celsius;
-    let growth = (phone.leakage.per_kelvin * (temperatures[phone.gpu] - reference)).exp();
-    let largest = (-1.0_f64).exp() / (resistance * phone.leakage.per_kelvin * growth);
-    point.leakage_watts = largest * (1.0 - 1e-12);
+    let LeakageLaw { celsius, per_kelvin, .. } = point.leakage;
+    let growth = (per_kelvin * (temperatures[phone.gpu] + phone.ambient_celsius - celsius)).exp();
+    let largest = (-1.0_f64).exp() / (resistance * per_kelvin * growth);
+    point.leakage = law(largest * (1.0 - 1e-12));
     let LongRun::Settles(balance) = long_run(&phone.equation(&point)) else { panic!("{largest} W settle") };
     // At the largest, the die is warmer by the temperature over which leakage grows by e.
     let rise = balance[phone.gpu] - temperatures[phone.gpu];
-    assert!((rise * phone.leakage.per_kelvin - 1.0).abs() < 1e-5, "{rise}");
-    point.leakage_watts = largest * (1.0 + 1e-12);
+    assert!((rise * per_kelvin - 1.0).abs() < 1e-5, "{rise}");
+    point.leakage = law(largest * (1.0 + 1e-12));
     assert_eq!(long_run(&phone.equation(&point)), LongRun::RunsAway);
 }
 
@@ -185,6 +190,15 @@ fn a_trip_with_hysteresis_does_not_chatter() {
 #[test]
 fn a_run_is_the_same_each_time() {
     assert_eq!(run(&phone(), 5.0, 600.0), run(&phone(), 5.0, 600.0));
+}
+
+#[test]
+fn a_law_goes_through_its_two_figures() {
+    let law = LeakageLaw::through([(45.0, 0.1), (85.0, 0.4)]).expect("a law");
+    assert_eq!((law.watts, law.celsius), (0.1, 45.0));
+    assert!((0.1 * (40.0 * law.per_kelvin).exp() - 0.4).abs() < 1e-15);
+    assert_eq!(LeakageLaw::through([(45.0, 0.1), (85.0, 0.1)]), None);
+    assert_eq!(LeakageLaw::through([(45.0, 0.0), (85.0, 0.1)]), None);
 }
 
 #[test]
