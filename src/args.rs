@@ -224,6 +224,9 @@ pub(crate) struct WhatifArgs {
     /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
     #[arg(long, value_name = "FILE")]
     pub(crate) costs: Option<PathBuf>,
+    /// A file with the energies of events, memory and leakage, instead of the built-in one.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) energy: Option<PathBuf>,
     /// What to print.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,

@@ -4,11 +4,12 @@ use crate::args::{MachineArgs, ReflectionArgs, SAMPLED};
 use crate::figures::with_figures;
 use crate::output::read_text;
 use anyhow::{anyhow, bail};
+use gpumodel::energy::EnergyPrices;
 use gpumodel::ordering::{AtomicStrategy, Binning};
 use gpumodel::{
-    Fidelity, GPUS, Gpu, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder,
-    QueryOrigin, RayScheduling, ReplayConfig, ScreenSpace, SecondaryQuery, ShaderCosts, TECHNIQUES,
-    Technique,
+    EnergyTable, Fidelity, GPUS, Gpu, HitShading, Launch, NodeOrder, NodeRecords, PrimitiveLayout,
+    PrimitiveOrder, QueryOrigin, RayScheduling, ReplayConfig, ScreenSpace, SecondaryQuery, ShaderCosts,
+    TECHNIQUES, Technique,
 };
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
@@ -27,6 +28,8 @@ pub(crate) struct Machine {
     pub(crate) gpu_hash: String,
     /// Of the text of the costs.
     pub(crate) costs_hash: String,
+    /// Of the text of the energies.
+    pub(crate) energy_hash: String,
     /// The rung that replays a sample was asked for.
     pub(crate) sampled: bool,
 }
@@ -53,6 +56,7 @@ impl Machine {
             ray_unit,
             fidelity,
             costs,
+            energy,
             reflections,
         } = args;
         let (mut gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
@@ -92,9 +96,19 @@ impl Machine {
                 (ShaderCosts::parse(&text, &path.display().to_string())?, hash(&text))
             }
         };
+        let (energy, energy_hash) = match energy {
+            None => (EnergyTable::builtin()?, hash(EnergyTable::builtin_text())),
+            Some(path) => {
+                let text = read_text(path, "a table of energies (.toml)")?;
+                (EnergyTable::parse(&text, &path.display().to_string())?, hash(&text))
+            }
+        };
+        // What the table does not know is said before a frame is traced.
+        EnergyPrices::new(&energy, &gpu)?;
         let config = ReplayConfig {
             gpu,
             costs,
+            energy,
             technique,
             primitive_layout: primitive_layout.unwrap_or_default(),
             primitive_order,
@@ -103,7 +117,7 @@ impl Machine {
             fidelity: fidelity.unwrap_or_default(),
             keeps_misses: false,
         };
-        Ok(Self { config, gpu_name, gpu_hash, costs_hash, sampled })
+        Ok(Self { config, gpu_name, gpu_hash, costs_hash, energy_hash, sampled })
     }
 }
 

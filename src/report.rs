@@ -274,6 +274,7 @@ fn inputs(header: &TraceHeader, machine: &Machine) -> Inputs {
             scene: header.scene_hash.clone(),
             gpu: machine.gpu_hash.clone(),
             costs: machine.costs_hash.clone(),
+            energy: Some(machine.energy_hash.clone()),
         },
         triangles: header.triangles,
         ray_sets: of_first_sample(header).map(|set| set.kind.name().to_owned()).collect(),

@@ -3,8 +3,8 @@
 //! The trace is recorded first and kept in memory, so that the time is the replay's alone.
 
 use gpumodel::{
-    Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique, Value,
-    estimate, replay,
+    EnergyTable, Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique,
+    Value, estimate, replay,
 };
 use scenes::{Light, Vec3};
 use std::time::Instant;
@@ -75,6 +75,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = ReplayConfig {
         gpu: Gpu::builtin("adreno-540").ok_or("no such GPU")??,
         costs: ShaderCosts::builtin()?,
+        energy: EnergyTable::builtin()?,
         technique: Technique::builtin("fragment").ok_or("no such technique")??,
         primitive_layout: PrimitiveLayout::Padded,
         primitive_order: None,

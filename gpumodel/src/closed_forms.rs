@@ -301,7 +301,8 @@ fn the_counters_are_the_agreed_ones() {
         load_store_external_read_bytes texture_external_read_bytes dram_read_bytes dram_write_bytes l1_accesses \
         l1_misses l2_accesses l2_misses load_store_l2_accesses load_store_l2_misses texture_l2_accesses texture_l2_misses \
         l1_miss_ratio l2_miss_ratio shader_alu_capacity_utilized time_alus_working \
-        shaders_busy stalled_on_system_memory avg_bytes_per_fragment energy_mj power_mw";
+        shaders_busy stalled_on_system_memory avg_bytes_per_fragment energy_mj power_mw \
+        energy_nj_per_ray dram_energy_share";
     assert!(COUNTERS.iter().map(|counter| counter.id).eq(agreed.split_whitespace()));
     for counter in COUNTERS {
         let texts = [counter.name, counter.group, counter.unit, counter.formula];

@@ -10,6 +10,7 @@ mod alpha_tests;
 mod closed_forms;
 mod config;
 mod counters;
+pub mod energy;
 mod engine;
 mod error;
 mod estimate;
@@ -39,12 +40,12 @@ mod windows;
 mod workshop;
 
 pub use config::{
-    Atomics, Attachments, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram, Family,
-    GPUS, Gpu, HitShading, Identity, Launch, LoadStore, Output, Paths, PipelineCosts, Present, Provenance,
-    QueryOrigin, Raster, RayPipeline, RayQueryCosts, RayScheduling, RayUnit, ReflectionCosts,
-    ReflectionRegisters, Reflections, Registers, Scheduler, ScreenSpace, SecondaryQuery, ShaderCores,
-    ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation,
-    TraversalCosts,
+    Atomics, Attachments, Boundary, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram,
+    EnergyTable, Family, GPUS, Gpu, GpuEnergy, HitShading, Identity, Launch, LoadStore, Output, Paths,
+    PipelineCosts, Present, Provenance, QueryOrigin, Raster, RayPipeline, RayQueryCosts, RayScheduling,
+    RayUnit, ReflectionCosts, ReflectionRegisters, Reflections, Registers, Scheduler, ScreenSpace,
+    SecondaryQuery, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit,
+    Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

@@ -1,6 +1,6 @@
 //! Hand-written traces for tests.
 
-use crate::config::{Gpu, ShaderCosts, Technique};
+use crate::config::{EnergyTable, Gpu, ShaderCosts, Technique};
 use crate::layout::{NodeOrder, NodeRecords, PrimitiveLayout};
 use crate::replay::ReplayConfig;
 use tracer::{
@@ -111,6 +111,7 @@ pub(crate) fn config(gpu: Gpu) -> ReplayConfig {
     ReplayConfig {
         gpu,
         costs: ShaderCosts::builtin().expect("the built-in costs are valid"),
+        energy: EnergyTable::builtin().expect("the built-in table is valid"),
         technique: technique("fragment"),
         primitive_layout: PrimitiveLayout::Padded,
         primitive_order: None,

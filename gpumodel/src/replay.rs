@@ -5,7 +5,7 @@
 //!
 //! Variants of a frame (layouts, techniques, GPUs) are replayed side by side.
 
-use crate::config::{Gpu, ShaderCosts, Technique};
+use crate::config::{EnergyTable, Gpu, ShaderCosts, Technique};
 use crate::counters::{FrameCounters, HeatMap, HeatMaps, Pass, PassCounters};
 use crate::engine::{Engine, Finished};
 use crate::error::Error;
@@ -59,6 +59,8 @@ pub struct ReplayConfig {
     pub gpu: Gpu,
     /// The shader.
     pub costs: ShaderCosts,
+    /// What events take.
+    pub energy: EnergyTable,
     /// The passes.
     pub technique: Technique,
     /// How triangles lie in memory.

@@ -1,6 +1,6 @@
 //! Does every wrong configuration get an error that names file, place, expectation and remedy?
 
-use gpumodel::{BuiltinGpu, GPUS, Gpu, ShaderCosts};
+use gpumodel::{BuiltinGpu, EnergyTable, GPUS, Gpu, ShaderCosts};
 
 const COSTS: &str = include_str!("../../configs/costs.toml");
 
@@ -421,4 +421,95 @@ fn wrong_figures_of_a_ray_unit_are_refused() {
         assert!(error.contains(key) && error.contains(expectation), "{error}");
         assert!(key == "paths" || error.contains(&format!("my-gpu.toml:{at}")), "{error}");
     }
+}
+
+#[test]
+fn wrong_energies_are_refused_with_their_key_and_line() {
+    let text = EnergyTable::builtin_text();
+    for (from, to, key, expectation) in [
+        ("alu_operation = { value = 2.3", "alu_operation = { value = -1", "logic.alu_operation", "is -1"),
+        ("alu_operation = { value = 2.3", "alu_operation = { value = nan", "logic.alu_operation", "is NaN"),
+        (
+            "2.3, process = \"45nm\"",
+            "2.3, process = \"44nm\"",
+            "logic.alu_operation.process",
+            "one of: 45nm, 16nm",
+        ),
+        (
+            "2.3, process = \"45nm\", boundary = \"unit\"",
+            "2.3, process = \"45nm\", boundary = \"all\"",
+            "all",
+            "unknown variant",
+        ),
+        ("word = { value = 10", "wordy = { value = 10", "wordy", "unknown field"),
+        ("name = \"14nm\"", "name = \"16nm\"", "process.name", "stands twice"),
+        ("standard = \"lpddr5x\"", "standard = \"lpddr5\"", "dram.standard", "stands twice"),
+        ("energy = { value = 0.172", "energy = { value = 0", "process.16nm.energy", "is 0"),
+        ("volts = { value = 0.9,", "volts = { value = 0,", "process.45nm.volts", "0.1 to 10"),
+        (
+            "interface_bits = { value = 32",
+            "interface_bits = { value = 0",
+            "dram.lpddr5.interface_bits",
+            "is 0",
+        ),
+        (
+            "floor_mw = { value = 45.7",
+            "floor_mw = { value = inf",
+            "dram.lpddr5.DRAM devices.floor_mw",
+            "is inf",
+        ),
+        (
+            "mw_per_root_gbs = { value = 160.06",
+            "mw_per_mbs = { value = 160.06",
+            "mw_per_mbs",
+            "unknown field",
+        ),
+        (
+            "value = [32499, 20283, -238, 6]",
+            "value = [-9e9, 0, 0, 0]",
+            "leakage.temperature_scale",
+            "positive",
+        ),
+        (
+            "reference_celsius = { value = 50",
+            "reference_celsius = { value = 151",
+            "reference_celsius",
+            "-40 to 150",
+        ),
+        (
+            "source = \"nothing measured; a phone at work",
+            "source = \"\", tag = \"estimate\" } #",
+            "leakage.reference_celsius",
+            "empty source",
+        ),
+    ] {
+        let at = text.find(from).unwrap_or_else(|| panic!("the table has '{from}'"));
+        let changed = text.replacen(from, to, 1);
+        let message = EnergyTable::parse(&changed, "my-energy.toml").expect_err(to).to_string();
+        let line = text[..at].matches('\n').count() + 1;
+        assert!(message.starts_with("my-energy.toml:") && message.contains(key), "{message}");
+        assert!(message.contains(expectation), "{message}");
+        // A supply is named at its own line, and what is a whole table at its first.
+        assert!(message.starts_with(&format!("my-energy.toml:{line}: ")), "line {line}: {message}");
+    }
+    let line = "mw_per_root_gbs = { value = 160.06";
+    let at = text.find(line).expect("it is there");
+    let end = at + text[at..].find('\n').expect("it ends");
+    let without = format!("{}{}", &text[..at], &text[end..]);
+    let message = EnergyTable::parse(&without, "my-energy.toml").expect_err("no law").to_string();
+    assert!(message.contains("expected one of mw_per_gbs and mw_per_root_gbs"), "{message}");
+    let both = text.replacen(
+        line,
+        "mw_per_gbs = { value = 1, source = \"x\", tag = \"vendor\" }\nmw_per_root_gbs = { value = 160.06",
+        1,
+    );
+    assert!(EnergyTable::parse(&both, "my-energy.toml").is_err());
+}
+
+#[test]
+fn a_process_needs_its_source_and_a_description_may_go_without_energy() {
+    let (error, _) = gpu_error("source = \"MSM8998 in cpufetch: src/arm/soc.c\"", "source = \" \"");
+    assert!(error.contains("energy.process") && error.contains("empty source"), "{error}");
+    let (before, _) = adreno_540().split_once("[energy]").expect("the last table");
+    assert_eq!(Gpu::parse(before, "my-gpu.toml").expect("sound").energy, None);
 }

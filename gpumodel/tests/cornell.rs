@@ -175,5 +175,5 @@ fn an_estimate_names_its_bound_its_assumptions_and_what_is_left_out() {
         .filter_map(|pass| pass.counters.get("node_fetches").and_then(Value::number))
         .sum();
     assert_eq!(fetches, number("node_fetches"));
-    assert!(matches!(estimate.frame.get("energy_mj"), Some(Value::Absent { .. })));
+    assert!(matches!(estimate.frame.get("energy_mj"), Some(Value::Real(energy)) if *energy > 0.0));
 }

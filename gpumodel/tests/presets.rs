@@ -1,6 +1,7 @@
 //! Do the built-in GPUs say what their sources say?
 
-use gpumodel::{GPUS, Gpu};
+use gpumodel::energy::EnergyPrices;
+use gpumodel::{EnergyTable, GPUS, Gpu};
 
 fn gpu(name: &str) -> Gpu {
     Gpu::builtin(name).expect("it is built in").expect("it is sound")
@@ -120,5 +121,20 @@ fn caches_deliver_no_more_than_a_line_per_bank_and_clock_and_wait_for_a_load_of_
         let seconds = gpu.latency_cycles(path, path.len()) / gpu.clock.hz;
         let rate = gpu.dram.peak_bytes_per_second * gpu.dram.efficiency;
         assert!(bytes / seconds >= rate, "{}: {} of {rate} B/s", builtin.name, bytes / seconds);
+    }
+}
+
+#[test]
+fn every_gpu_has_energies_and_leaks_less_than_a_phone_can_cool() {
+    let table = EnergyTable::builtin().expect("sound");
+    for builtin in GPUS {
+        let gpu = gpu(builtin.name);
+        let prices = EnergyPrices::new(&table, &gpu).expect("the table knows it").expect("it has a process");
+        let leakage = prices.leakage().watts(prices.reference_volts(), prices.leakage().reference_celsius());
+        assert!((0.05..2.5).contains(&leakage), "{}: {leakage} W", builtin.name);
+        // A second at its peak, devices and interface.
+        let memory = prices.dram().watts(gpu.dram.peak_bytes_per_second);
+        let per_gbs = memory * 1e12 / gpu.dram.peak_bytes_per_second;
+        assert!((30.0..130.0).contains(&per_gbs), "{}: {per_gbs} mW per GB/s", builtin.name);
     }
 }

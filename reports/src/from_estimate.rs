@@ -1,7 +1,10 @@
 //! From the model's estimate to a report.
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
-use crate::report::{Bound, Buffer, Forced, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};
+use crate::report::{
+    Bound, Buffer, Energy, EnergyCause, Forced, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart,
+};
+use gpumodel::energy::FrameEnergy;
 use gpumodel::{BufferEstimate, CounterSet, Estimate, Intervals};
 
 /// What a report says of the scene itself.
@@ -51,6 +54,7 @@ impl Report {
                 .map(|bound| Bound { name: bound.name.to_owned(), seconds: bound.seconds })
                 .collect(),
             deciding_bound: Some(estimate.deciding_bound.to_owned()),
+            energy: estimate.energy.as_ref().map(energy),
             buffers: estimate.buffers.iter().map(buffer).collect(),
             assumptions: estimate.assumptions.clone(),
             notes,
@@ -84,6 +88,24 @@ fn buffer(estimate: &BufferEstimate) -> Buffer {
     let BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes } =
         *estimate;
     Buffer { name: name.to_owned(), bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
+}
+
+fn energy(energy: &FrameEnergy) -> Energy {
+    let all = energy.total().joules;
+    let causes = energy.causes.iter().map(|cause| EnergyCause {
+        cause: cause.cause.clone(),
+        mj: cause.joules * 1e3,
+        share: cause.joules / all,
+        domain: cause.domain.name().to_owned(),
+        boundary: cause.boundary.name().to_owned(),
+        tag: cause.tag.name().to_owned(),
+    });
+    Energy {
+        process: energy.prices.process().to_owned(),
+        volts: energy.prices.reference_volts(),
+        celsius: energy.prices.leakage().reference_celsius(),
+        causes: causes.collect(),
+    }
 }
 
 fn counters(set: &CounterSet, from: Fidelity) -> Counters {

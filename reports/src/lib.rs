@@ -37,5 +37,7 @@ mod within;
 pub use counters::{Counter, Counters, Fidelity, Value};
 pub use error::Error;
 pub use from_estimate::SceneFacts;
-pub use report::{Bound, Buffer, Forced, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart};
+pub use report::{
+    Bound, Buffer, Energy, EnergyCause, Forced, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart,
+};
 pub use within::{Recorded, Within};

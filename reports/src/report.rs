@@ -39,6 +39,9 @@ pub struct Report {
     /// Name of the bound that decides the frame time.
     #[serde(default)]
     pub deciding_bound: Option<String>,
+    /// What the frame's energy is made of; none where the GPU's description names no process.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Energy>,
     /// What each kind of buffer takes and moves.
     #[serde(default)]
     pub buffers: Vec<Buffer>,
@@ -118,6 +121,9 @@ pub struct Hashes {
     pub gpu: String,
     /// Of the text of the table of shader costs.
     pub costs: String,
+    /// Of the text of the table of energies; nothing in reports of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<String>,
 }
 
 /// One thing that the figures do not contain.
@@ -206,6 +212,36 @@ pub struct TimePart {
     pub name: String,
     /// The time, in seconds.
     pub seconds: f64,
+}
+
+/// What the frame's energy is made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// Process of the chip.
+    pub process: String,
+    /// Supply voltage of the GPU at which the figures hold.
+    pub volts: f64,
+    /// Temperature of the chip at which its leakage holds, in degrees Celsius.
+    pub celsius: f64,
+    /// What takes it; their energies add up to the frame's.
+    pub causes: Vec<EnergyCause>,
+}
+
+/// What one cause takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnergyCause {
+    /// What takes it.
+    pub cause: String,
+    /// Its energy in millijoules.
+    pub mj: f64,
+    /// Its part of the frame's, from 0 to 1.
+    pub share: f64,
+    /// Whose supply it comes from: that of the GPU, the system cache, the DRAM, or leakage of the GPU.
+    pub domain: String,
+    /// What is inside of the figure.
+    pub boundary: String,
+    /// How far the figure can be trusted.
+    pub tag: String,
 }
 
 /// The least time that one resource needs for the frame's work.

@@ -3,7 +3,7 @@
 //! the bounds, what was left out, what is an estimate, and what the run cost.
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
-use crate::report::{Bound, Buffer, Forced, Inputs, Report, Run, TimePart};
+use crate::report::{Bound, Buffer, Energy, EnergyCause, Forced, Inputs, Report, Run, TimePart};
 use crate::units;
 use crate::vendor::{Formula, Profiler, VendorCounter, VendorInfo, VendorPass, VendorView};
 use gpumodel::COUNTERS;
@@ -32,6 +32,8 @@ const NUMBER_WIDTH: usize = 14;
 const UNIT_WIDTH: usize = 7;
 const MARGIN_WIDTH: usize = 20;
 const BUFFER_WIDTH: usize = 18;
+const CAUSE_WIDTH: usize = 40;
+const DOMAIN_WIDTH: usize = 14;
 /// Text wraps at this width.
 pub(crate) const LINE_WIDTH: usize = 100;
 
@@ -42,6 +44,7 @@ pub fn write(report: &Report, style: Style) -> String {
     counters(&mut out, report, style);
     absent(&mut out, report, style);
     stack(&mut out, &report.stack, style);
+    energy(&mut out, report.energy.as_ref(), style);
     bounds(&mut out, &report.bounds, report.deciding_bound.as_deref(), style);
     buffers(&mut out, &report.buffers, style);
     let left_out: Vec<String> =
@@ -292,6 +295,30 @@ fn stack(out: &mut String, parts: &[TimePart], style: Style) {
     for TimePart { name, seconds } in parts {
         let (milliseconds, share) = (units::digits(seconds * 1e3), 100.0 * seconds / total);
         line!(out, "  {name:<width$}{milliseconds:>NUMBER_WIDTH$} ms {share:>6.1} %", width = NAME_WIDTH - 2);
+    }
+}
+
+fn energy(out: &mut String, energy: Option<&Energy>, style: Style) {
+    let Some(Energy { process, volts, celsius, causes }) = energy else { return };
+    line!(out);
+    line!(
+        out,
+        "{}",
+        style.bold(&format!("What the energy is made of ({process}, {volts} V, {celsius} degrees Celsius)"))
+    );
+    let titles = format!(
+        "  {:<CAUSE_WIDTH$}{:>NUMBER_WIDTH$}    {:>8}  {:<DOMAIN_WIDTH$}{:<DOMAIN_WIDTH$}{}",
+        "cause", "energy", "share", "domain", "boundary", "figure"
+    );
+    line!(out, "{titles}");
+    let mut causes: Vec<&EnergyCause> = causes.iter().collect();
+    causes.sort_by(|a, b| b.mj.total_cmp(&a.mj));
+    for EnergyCause { cause, mj, share, domain, boundary, tag } in causes {
+        let (energy, share) = (units::digits(*mj), 100.0 * share);
+        line!(
+            out,
+            "  {cause:<CAUSE_WIDTH$}{energy:>NUMBER_WIDTH$} mJ {share:>6.1} %  {domain:<DOMAIN_WIDTH$}{boundary:<DOMAIN_WIDTH$}{tag}"
+        );
     }
 }
 

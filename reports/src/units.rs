@@ -15,7 +15,7 @@ pub(crate) fn scale(unit: &str, largest: f64) -> (f64, &'static str) {
         [(1024.0 * 1024.0 * 1024.0, "GiB"), (1024.0 * 1024.0, "MiB"), (1024.0, "KiB")];
     const RATES: [(f64, &str); 3] = [(1e9, "GB/s"), (1e6, "MB/s"), (1e3, "kB/s")];
     const OPERATIONS: [(f64, &str); 3] = [(1e9, "Gops/s"), (1e6, "Mops/s"), (1e3, "kops/s")];
-    const MEASURES: [&str; 6] = ["ms", "1/s", "Mrays/s", "mJ", "mW", "%"];
+    const MEASURES: [&str; 7] = ["ms", "1/s", "Mrays/s", "mJ", "nJ", "mW", "%"];
     let largest_step = |steps: [(f64, &'static str); 3], least: &'static str| {
         steps.into_iter().find(|(size, _)| largest >= *size).unwrap_or((1.0, least))
     };

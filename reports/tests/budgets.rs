@@ -3,12 +3,13 @@
 use reports::budget::{Budget, Checked, Outcome, Severity, csv_text, json_text, text};
 use reports::{Report, json, text::Style};
 
-/// A report of two counters with figures and one without, in the frame and in one pass.
+/// A report of three counters with figures and one without, in the frame and in one pass.
 fn report(frame_time: f64, fetches: u64) -> Report {
     let counters = format!(
         r#"{{"frame_time_ms": {{"value": {frame_time:?}, "unit": "ms", "ci95": null, "from": "replay"}},
             "node_fetches": {{"value": {fetches}, "unit": "fetches", "ci95": null, "from": "replay"}},
-            "energy_mj": {{"value": null, "unit": "mJ", "ci95": null, "from": "replay", "reason": "No table."}}}}"#
+            "energy_mj": {{"value": 2.5, "unit": "mJ", "ci95": null, "from": "replay"}},
+            "restarts": {{"value": null, "unit": "restarts", "ci95": null, "from": "replay", "reason": "No trail."}}}}"#
     );
     let text = format!(
         r#"{{"schema": 1, "tool": "raybudget 0.1.0", "left_out": [],
@@ -98,11 +99,21 @@ fn a_limit_can_be_set_for_a_pass() {
 }
 
 #[test]
+fn energy_is_limited_as_any_counter_is() {
+    for (max, broken) in [("2.5", 0), ("2.49", 1)] {
+        let text = format!("[[limit]]\ncounter = \"energy_mj\"\nhard = {{ max = {max} }}\n");
+        let budget = Budget::parse(&text, "b.toml").expect("a budget");
+        let checked = budget.check(&report(1.0, 1), None).expect("a check");
+        assert_eq!(checked.failures(Severity::Hard), broken, "{max}");
+    }
+}
+
+#[test]
 fn a_limit_on_an_absent_counter_is_an_error_with_the_reason() {
-    let budget = Budget::parse("[[limit]]\ncounter = \"energy_mj\"\nhard = { max = 1 }\n", "b.toml")
-        .expect("a budget");
+    let budget =
+        Budget::parse("[[limit]]\ncounter = \"restarts\"\nhard = { max = 1 }\n", "b.toml").expect("a budget");
     let error = budget.check(&report(1.0, 1), None).expect_err("no figure").to_string();
-    assert!(error.starts_with("b.toml:3: ") && error.contains("No table"), "{error}");
+    assert!(error.starts_with("b.toml:3: ") && error.contains("No trail"), "{error}");
 }
 
 #[test]

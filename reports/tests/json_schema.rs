@@ -27,7 +27,7 @@ fn the_schema_refuses_what_is_not_a_report() {
     let validator = validator();
     let good = as_json(&report());
     type Break = fn(&mut Json);
-    let breaks: [(&str, Break); 9] = [
+    let breaks: [(&str, Break); 11] = [
         ("another schema", |report| report["schema"] = json!(2)),
         ("a missing part", |report| drop(report.as_object_mut().expect("an object").remove("counters"))),
         ("a missing input", |report| {
@@ -39,6 +39,8 @@ fn the_schema_refuses_what_is_not_a_report() {
         ("an unknown rung", |report| report["counters"]["rays"]["from"] = json!("guess")),
         ("a short hash", |report| report["inputs"]["hashes"]["scene"] = json!("0123")),
         ("a part above 1", |report| report["run"]["sampled_fraction"] = json!(1.5)),
+        ("an unknown boundary", |report| report["energy"]["causes"][0]["boundary"] = json!("some")),
+        ("energy from nowhere", |report| report["energy"]["causes"][1]["domain"] = json!("sun")),
     ];
     assert!(validator.is_valid(&good));
     for (what, break_it) in breaks {
@@ -72,6 +74,18 @@ fn a_report_that_is_none_is_refused_with_file_and_line() {
     assert!(newer.contains("schema 2, expected 1"), "{newer}");
     let twice = whole.replacen("\"rays\"", "\"frame_time_ms\"", 1);
     assert!(refused(&twice).contains("twice"), "{}", refused(&twice));
+}
+
+#[test]
+fn the_text_tells_causes_of_energy_the_largest_first_with_boundary_and_tag() {
+    let text = text::write(&report(), text::Style::Plain);
+    let from = text.find("What the energy is made of (10nm, 0.8 V, 50 degrees Celsius)").expect("a table");
+    let lines: Vec<Vec<&str>> =
+        text[from..].lines().skip(2).take(2).map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(lines[0].join(" "), "DRAM: reads and writes 4.500 mJ 75.0 % DRAM whole path estimate");
+    assert_eq!(lines[1].join(" "), "ALU operations 1.500 mJ 25.0 % GPU unit estimate");
+    let without = text::write(&Report { energy: None, ..report() }, text::Style::Plain);
+    assert!(!without.contains("What the energy"));
 }
 
 #[test]

@@ -40,6 +40,9 @@ pub(crate) struct MachineArgs {
     /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
     #[arg(long, value_name = "FILE")]
     pub(crate) costs: Option<PathBuf>,
+    /// A file with the energies of events, memory and leakage, instead of the built-in one.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) energy: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reflections: ReflectionArgs,
 }

@@ -21,8 +21,12 @@ const UNCHANGED: &str = "unchanged";
 
 pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let asked = changes(args)?;
-    let mut unchanged =
-        MachineArgs { gpu: args.base.clone(), costs: args.costs.clone(), ..MachineArgs::default() };
+    let mut unchanged = MachineArgs {
+        gpu: args.base.clone(),
+        costs: args.costs.clone(),
+        energy: args.energy.clone(),
+        ..MachineArgs::default()
+    };
     if !args.binning.is_empty() {
         unchanged.technique = Some(LISTED.to_owned());
         unchanged.reflections.launch = Some(Launch::Buffer.name().to_owned());

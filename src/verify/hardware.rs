@@ -4,13 +4,15 @@ use crate::console;
 use gpumodel::kernel::{Observation, Pattern};
 use gpumodel::{BuiltinGpu, Fidelity, Gpu};
 use rayon::prelude::*;
-use reports::hardware::{Found, Row, RowVerdict};
+use reports::hardware::{self, Found, Row, RowVerdict};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A probe of a row.
 #[derive(Clone, PartialEq)]
 struct Probe<'a> {
     gpu: &'a str,
+    /// Of a row of power.
+    interface_gbs: Option<f64>,
     pattern: Pattern,
     fidelity: Fidelity,
 }
@@ -21,7 +23,7 @@ pub(crate) fn all(rows: &[Row], rungs: &[Fidelity]) -> anyhow::Result<Vec<RowVer
     let mut probes: Vec<Probe<'_>> = Vec::new();
     for (row, &fidelity) in rows.iter().flat_map(|row| rungs.iter().map(move |rung| (row, rung))) {
         for pattern in row.patterns() {
-            let probe = Probe { gpu: &row.gpu, pattern, fidelity };
+            let probe = probe(row, pattern, fidelity);
             if !probes.contains(&probe) {
                 probes.push(probe);
             }
@@ -41,7 +43,7 @@ pub(crate) fn all(rows: &[Row], rungs: &[Fidelity]) -> anyhow::Result<Vec<RowVer
             .patterns()
             .into_iter()
             .filter_map(|pattern| {
-                let probe = Probe { gpu: &row.gpu, pattern, fidelity };
+                let probe = probe(row, pattern, fidelity);
                 probes.iter().position(|known| *known == probe).map(|place| measured[place].clone())
             })
             .collect();
@@ -55,10 +57,17 @@ pub(crate) fn all(rows: &[Row], rungs: &[Fidelity]) -> anyhow::Result<Vec<RowVer
     Ok(rows.iter().map(verdict).collect())
 }
 
+fn probe(row: &Row, pattern: Pattern, fidelity: Fidelity) -> Probe<'_> {
+    Probe { gpu: &row.gpu, interface_gbs: row.interface_gbs, pattern, fidelity }
+}
+
 fn measure(probe: &Probe<'_>) -> anyhow::Result<Observation> {
-    let Probe { gpu, pattern, fidelity } = probe;
+    let Probe { gpu, interface_gbs, pattern, fidelity } = probe;
     let file = format!("{gpu}.toml");
     let text = BuiltinGpu::named(gpu).map_or("", |builtin| builtin.toml);
-    let gpu = Gpu::parse(text, &file)?;
+    let mut gpu = Gpu::parse(text, &file)?;
+    if let Some(gbs) = *interface_gbs {
+        hardware::set_interface_rate(&mut gpu, gbs)?;
+    }
     Ok(pattern.observe(&gpu, *fidelity)?)
 }

@@ -84,3 +84,35 @@ fn a_technique_from_a_file_is_the_built_in_one_and_a_broken_one_is_refused_with_
     let empty = file(&dir, "empty.toml", "");
     refused(&["--technique", arg(&empty)], &["empty.toml"]);
 }
+
+#[test]
+fn a_table_of_energies_is_used_hashed_and_refused_with_its_line() {
+    let dir = folder();
+    let text = gpumodel::EnergyTable::builtin_text();
+    let with = |text: &str| {
+        let path = file(&dir, "energy.toml", text);
+        profile(&["--energy", arg(&path)])
+    };
+    let plain = profile(&[]);
+    let same = with(text);
+    assert_eq!(same["counters"], plain["counters"]);
+    assert_eq!(same["inputs"]["hashes"], plain["inputs"]["hashes"]);
+    let dearer = with(&text.replace("alu_operation = { value = 2.3", "alu_operation = { value = 23"));
+    assert_ne!(dearer["inputs"]["hashes"]["energy"], plain["inputs"]["hashes"]["energy"]);
+    let of = |report: &Value| {
+        let causes = report["energy"]["causes"].as_array().expect("causes").iter();
+        let mj: Vec<f64> = causes.map(|cause| cause["mj"].as_f64().expect("a figure")).collect();
+        let frame = report["counters"]["energy_mj"]["value"].as_f64().expect("a figure");
+        assert!((mj.iter().sum::<f64>() - frame).abs() <= 1e-12 * frame, "{mj:?} {frame}");
+        let shares = report["energy"]["causes"].as_array().expect("causes").iter();
+        let shares: f64 = shares.map(|cause| cause["share"].as_f64().expect("a share")).sum();
+        assert!((shares - 1.0).abs() < 1e-12);
+        (mj[0], frame)
+    };
+    let ((alu, frame), (dear_alu, dear_frame)) = (of(&plain), of(&dearer));
+    assert!((dear_alu / alu - 10.0).abs() < 1e-12 && (dear_frame - frame - 9.0 * alu).abs() < 1e-9 * frame);
+    let path = file(&dir, "energy.toml", text.replacen("name = \"10nm\"", "name = \"10um\"", 1));
+    refused(&["--energy", arg(&path)], &["energy.process: is '10nm'", "energy.toml has", "10um"]);
+    let path = file(&dir, "energy.toml", "nonsense = 1\n");
+    refused(&["--energy", arg(&path)], &["energy.toml"]);
+}

@@ -34,7 +34,8 @@ fn samples_keep_their_word_and_everything_is_replayed_where_they_cannot() {
     assert_eq!(sampled["run"]["fidelity"], "sampled");
     assert!(sampled["run"]["sampled_fraction"].as_f64().is_some_and(|part| (0.1..0.35).contains(&part)));
     assert_eq!(sampled["inputs"]["seed"], 3);
-    for id in ["frame_time_ms", "dram_read_bytes", "alu_operations", "node_fetches"] {
+    for id in ["frame_time_ms", "dram_read_bytes", "alu_operations", "node_fetches", "energy_mj", "power_mw"]
+    {
         let [low, high] = interval(&sampled, id);
         assert!(low < high && (low..=high).contains(&figure(&sampled, id)), "{id}");
     }

@@ -230,6 +230,12 @@ impl DramStandard {
         self.waits.rc.ns * 1e-9
     }
 
+    /// Data lines of a channel.
+    #[must_use]
+    pub fn width_bits(&self) -> u32 {
+        self.organisation.width_bits
+    }
+
     /// Bytes that one read or write command moves.
     #[must_use]
     pub fn burst_bytes(&self) -> u64 {

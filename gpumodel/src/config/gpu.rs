@@ -2,8 +2,8 @@
 
 use super::atomics::{Atomics, atomics};
 use super::gpu_checks::{
-    IN_FLIGHT, RATE, WIDEST_WARP, cache_latency, caches, dram_standard, path, registers, texture, tiler,
-    warp_pixels,
+    IN_FLIGHT, RATE, WIDEST_WARP, cache_latency, caches, dram_standard, energy, path, registers, texture,
+    tiler, warp_pixels,
 };
 use super::gpu_file::GpuFile;
 use super::gpu_presets::BuiltinGpu;
@@ -51,6 +51,8 @@ pub struct Gpu {
     pub tiler: Tiler,
     /// The colour buffer.
     pub output: Output,
+    /// What its energy depends on, where that is known.
+    pub energy: Option<GpuEnergy>,
     levels: Levels,
     tags: Vec<(String, Tag)>,
 }
@@ -241,6 +243,13 @@ pub struct Output {
     pub bytes_per_pixel: u32,
 }
 
+/// What the energy of a GPU depends on beyond its sizes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GpuEnergy {
+    /// Name of its process in an [`EnergyTable`](crate::EnergyTable).
+    pub process: String,
+}
+
 impl Dram {
     /// As the simulation of DRAM takes it.
     pub fn simulated(&self) -> DramConfig {
@@ -364,6 +373,7 @@ impl Gpu {
                     1..=64,
                 )?,
             },
+            energy: raw.energy.map(|raw| energy(&file, &raw)).transpose()?,
             levels,
             tags: tags(toml_text),
         })

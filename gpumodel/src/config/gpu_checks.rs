@@ -1,8 +1,9 @@
 //! Parts of a GPU's description, checked: limits, and figures that must fit each other.
 
-use super::gpu::{CacheLevel, Registers, TextureUnit, Tiler};
+use super::gpu::{CacheLevel, GpuEnergy, Registers, TextureUnit, Tiler};
 use super::gpu_file::{
-    CacheFile, FullWord, PerFile, PerWord, PolicyFile, RegistersFile, TextureFile, TilerFile, WaysFile,
+    CacheFile, EnergyFile, FullWord, PerFile, PerWord, PolicyFile, RegistersFile, TextureFile, TilerFile,
+    WaysFile,
 };
 use super::sourced::{File, Sourced};
 use crate::error::Error;
@@ -48,6 +49,11 @@ pub(super) fn dram_standard(file: &File<'_>, figure: &Sourced<String>) -> Result
         let remedy = "name the nearest of these, and say so in its source";
         file.refuse(key, &figure.value.span(), problem, remedy)
     })
+}
+
+pub(super) fn energy(file: &File<'_>, raw: &EnergyFile) -> Result<GpuEnergy, Error> {
+    let process = file.sourced("energy.process", &raw.process)?;
+    Ok(GpuEnergy { process: process.clone() })
 }
 
 pub(super) fn registers(

@@ -25,6 +25,7 @@ pub(super) struct GpuFile {
     pub(super) dram: DramFile,
     pub(super) tiler: TilerFile,
     pub(super) output: OutputFile,
+    pub(super) energy: Option<EnergyFile>,
 }
 
 #[derive(Deserialize)]
@@ -195,6 +196,12 @@ pub(super) struct DramFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct OutputFile {
     pub(super) bytes_per_pixel: Sourced<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EnergyFile {
+    pub(super) process: Sourced<String>,
 }
 
 #[derive(Deserialize)]

@@ -3,6 +3,7 @@
 mod alpha;
 mod atomics;
 mod costs;
+mod energy_table;
 mod gpu;
 mod gpu_checks;
 mod gpu_file;
@@ -20,9 +21,13 @@ pub(crate) use alpha::AlphaCosts;
 pub use atomics::Atomics;
 pub use costs::{Cost, RayQueryCosts, ShaderCosts, SharedCosts, TraversalCosts};
 pub(crate) use costs::{SecondaryCosts, has_secondary};
+pub use energy_table::{Boundary, EnergyTable};
+pub(crate) use energy_table::{
+    DramFigures, LeakageFigures, Logic, LogicFigure, Process, RailFigures, RailLaw,
+};
 pub use gpu::{
-    CacheLevel, CacheRole, Clock, Dram, Family, Gpu, Identity, LoadStore, Output, Paths, Registers,
-    Scheduler, ShaderCores, TextureUnit, Tiler,
+    CacheLevel, CacheRole, Clock, Dram, Family, Gpu, GpuEnergy, Identity, LoadStore, Output, Paths,
+    Registers, Scheduler, ShaderCores, TextureUnit, Tiler,
 };
 pub use gpu_presets::{BuiltinGpu, GPUS};
 pub use ray_pipeline::RayPipeline;

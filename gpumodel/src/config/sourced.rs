@@ -22,6 +22,19 @@ pub enum Tag {
     Estimate,
 }
 
+impl Tag {
+    /// Its name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Measured => "measured",
+            Self::Vendor => "vendor",
+            Self::Driver => "driver",
+            Self::Aggregator => "aggregator",
+            Self::Estimate => "estimate",
+        }
+    }
+}
+
 /// How many figures of a description carry each tag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {

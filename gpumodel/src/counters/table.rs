@@ -539,6 +539,22 @@ pub const COUNTERS: &[CounterInfo] = &[
         "bytes read from DRAM / fragments",
         "fragment",
     ),
-    row("energy_mj", "Energy", ENERGY, "mJ", "counts x energy each + static power x frame time", ""),
+    row(
+        "energy_mj",
+        "Energy",
+        ENERGY,
+        "mJ",
+        "events x energy each + power of memory's traffic x frame time + (leakage + memory's idle power) x frame time",
+        "",
+    ),
     row("power_mw", "Power", ENERGY, "mW", "energy / frame time", "second"),
+    row("energy_nj_per_ray", "Energy / Ray", ENERGY, "nJ", "energy / rays", "ray"),
+    row(
+        "dram_energy_share",
+        "DRAM Share of Energy",
+        ENERGY,
+        "ratio",
+        "energy of memory, its idle power included / energy",
+        "energy",
+    ),
 ];

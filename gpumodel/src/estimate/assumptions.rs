@@ -2,10 +2,11 @@
 
 use super::has_rays;
 use crate::config::{
-    Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, RayUnit, Reflections, Stage,
+    Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, RayUnit, Reflections, Stage, Tag,
     has_secondary,
 };
 use crate::counters::Pass;
+use crate::energy::FrameEnergy;
 use crate::layout::{Instances, NodeRecords, PrimitiveOrder};
 use crate::reflections::pipeline::{Binding, Pipeline};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
@@ -14,7 +15,12 @@ use tracer::{Accel, AlphaMode, AlphaTests, LoopStructure, MicromapFormat, NodeFe
 /// Bits of the trail in `docs/shaders/bvh-restart-trail.glsl`.
 const COMPILED_TRAIL_BITS: u32 = 32;
 
-pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> Vec<String> {
+pub(super) fn assumptions(
+    replayed: &Replayed,
+    header: &TraceHeader,
+    config: &ReplayConfig,
+    energy: Option<&FrameEnergy>,
+) -> Vec<String> {
     let gpu = &config.gpu;
     let provenance = gpu.provenance();
     let known = provenance.measured + provenance.vendor + provenance.driver;
@@ -47,6 +53,7 @@ pub(super) fn assumptions(replayed: &Replayed, header: &TraceHeader, config: &Re
         resident(replayed, config),
     ];
     sentences.extend(technique_assumptions(replayed, header, config));
+    sentences.extend(energy.map(energy_assumption));
     match config.node_records {
         NodeRecords::Packed => {}
         NodeRecords::Padded => {
@@ -365,4 +372,18 @@ fn level_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String>
         })
     };
     std::iter::once(layout).chain(cost).collect()
+}
+
+fn energy_assumption(energy: &FrameEnergy) -> String {
+    let prices = &energy.prices;
+    let estimated = energy.causes.iter().filter(|cause| cause.tag == Tag::Estimate).count();
+    format!(
+        "Energy is that of a chip in {} at {} V and {} degrees Celsius; {estimated} of its {} causes rest on estimates. Boundaries: unit, arithmetic alone; \
+         array, memory cells with their periphery; core, a shader core; GPU, all of it; DRAM rails, the devices' supplies; PHY rail, the interface's; \
+         whole path, devices, interface and controller.",
+        prices.process(),
+        prices.reference_volts(),
+        prices.leakage().reference_celsius(),
+        energy.causes.len(),
+    )
 }

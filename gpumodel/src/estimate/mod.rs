@@ -14,6 +14,7 @@ pub use time::StackPart;
 
 use crate::config::Gpu;
 use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
+use crate::energy::{EnergyPrices, FrameEnergy, PassEnergy};
 use crate::error::Error;
 use crate::replay::{ReplayConfig, Replayed};
 use crate::windows::PhaseWindows;
@@ -40,6 +41,8 @@ pub struct Estimate {
     pub deciding_bound: &'static str,
     /// What each kind of buffer takes and moves; those that the frame does not touch are left out.
     pub buffers: Vec<BufferEstimate>,
+    /// What the frame takes by cause and by pass; `None` where the GPU's description names no process.
+    pub energy: Option<FrameEnergy>,
     /// What was assumed, in sentences.
     pub assumptions: Vec<String>,
     /// What was not modelled, or not needed.
@@ -93,7 +96,7 @@ pub struct LeftOut {
 /// whose bound is the largest of its phase.
 ///
 /// # Errors
-/// When figures of the GPU are so far apart that its queues cannot be solved.
+/// When figures of the GPU are so far apart that its queues cannot be solved, or the table of energies does not know its process or memory.
 pub fn estimate(
     replayed: &Replayed,
     header: &TraceHeader,
@@ -130,12 +133,20 @@ pub fn estimate(
         residual = residual.max(time.residual);
     }
 
+    let prices = EnergyPrices::new(&config.energy, &config.gpu)?;
+    let energy = prices.map(|prices| FrameEnergy::new(prices, replayed, config, &seconds));
     let frame = FrameValues { replayed, header, topology, config };
-    let total =
-        PassValues { frame: &frame, pass: &counters.total(), seconds: seconds.iter().sum(), whole: true };
+    let total = PassValues {
+        frame: &frame,
+        pass: &counters.total(),
+        seconds: seconds.iter().sum(),
+        energy: energy.as_ref().map(FrameEnergy::total),
+        whole: true,
+    };
     let of_pass = |pass: Pass| {
         let seconds = seconds[pass as usize];
-        let values = PassValues { frame: &frame, pass: counters.pass(pass), seconds, whole: false };
+        let energy: Option<PassEnergy> = energy.as_ref().map(|energy| energy.passes[pass as usize]);
+        let values = PassValues { frame: &frame, pass: counters.pass(pass), seconds, energy, whole: false };
         PassEstimate { pass, deciding_bound: deciding[pass as usize], counters: values.set() }
     };
     Ok(Estimate {
@@ -143,10 +154,11 @@ pub fn estimate(
         passes: passes(replayed, header, config).into_iter().map(of_pass).collect(),
         deciding_bound: longest.1,
         buffers: buffers(replayed, config),
-        assumptions: assumptions(replayed, header, config),
-        left_out: left_out(replayed, config),
+        assumptions: assumptions(replayed, header, config, energy.as_ref()),
+        left_out: left_out(replayed, config, energy.as_ref()),
         forced: forced::costs(&frame, &seconds),
         // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
+        energy,
         stack,
         residual,
         bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
@@ -221,12 +233,26 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
 /// Of a phase that does nothing.
 const NO_BOUND: &str = "none";
 
-fn left_out(replayed: &Replayed, config: &ReplayConfig) -> Vec<LeftOut> {
+fn left_out(replayed: &Replayed, config: &ReplayConfig, energy: Option<&FrameEnergy>) -> Vec<LeftOut> {
     let mut entries = vec![
-        ("energy", "no energy table is applied"),
         ("building the tree", "it is taken to be built before the frame"),
         ("instruction cache, command processing, display", "no figures are known for them"),
     ];
+    match energy {
+        None => entries.push(("energy", values::NO_PROCESS)),
+        Some(_) => {
+            entries.push((
+                "energy of rasterisation, texture filtering, and the ray unit's stacks and control",
+                "no figures are known for them",
+            ));
+            if replayed.timed.is_none() {
+                entries.push((
+                    "energy of DRAM rows opened beyond those of a stream",
+                    "only --fidelity timed counts them",
+                ));
+            }
+        }
+    }
     if config.gpu.translation.is_none() {
         entries.push(("address translation", "no figures of this GPU's pages and page walks are known"));
     }

@@ -2,6 +2,7 @@
 
 use crate::config::CacheRole;
 use crate::counters::{BufferTraffic, CounterSet, PassCounters, TrafficCounters, Value};
+use crate::energy::PassEnergy;
 use crate::replay::{ReplayConfig, Replayed};
 use crate::timed::TimedPhase;
 use tracer::{AlphaTests, Topology, TraceHeader};
@@ -19,6 +20,7 @@ pub(super) struct PassValues<'a> {
     pub(super) frame: &'a FrameValues<'a>,
     pub(super) pass: &'a PassCounters,
     pub(super) seconds: f64,
+    pub(super) energy: Option<PassEnergy>,
     /// Not a part of the frame but all of it.
     pub(super) whole: bool,
 }
@@ -31,6 +33,9 @@ const NO_TIME: &str = "it takes no time";
 const NO_WORK: &str = "nothing was issued";
 const NO_VERTICES: &str = "no vertex is fetched";
 const NO_FRAGMENTS: &str = "there are no fragments";
+const NO_ENERGY: &str = "it takes no energy";
+/// Why there is no energy.
+pub(super) const NO_PROCESS: &str = "the GPU's description names no process: it has no [energy]";
 const OF_THE_FRAME: &str = "belongs to the frame, not to one of its parts";
 
 impl PassValues<'_> {
@@ -128,8 +133,18 @@ impl PassValues<'_> {
                 None => Value::absent("needs time event by event: --fidelity timed"),
             }),
             "avg_bytes_per_fragment" => Value::ratio(dram_reads as f64, fragments, NO_FRAGMENTS),
-            "energy_mj" | "power_mw" => Value::absent("no energy table is applied"),
+            "energy_mj" | "power_mw" | "energy_nj_per_ray" | "dram_energy_share" => self.energy(id),
             _ => Value::absent("this estimate does not compute it"),
+        }
+    }
+
+    fn energy(&self, id: &str) -> Value {
+        let Some(PassEnergy { joules, dram_joules }) = self.energy else { return Value::absent(NO_PROCESS) };
+        match id {
+            "energy_mj" => Value::Real(joules * 1e3),
+            "power_mw" => self.per_second(joules * 1e3),
+            "energy_nj_per_ray" => Value::ratio(joules * 1e9, self.pass.issue.rays as f64, NO_RAYS),
+            _ => Value::ratio(dram_joules, joules, NO_ENERGY),
         }
     }
 

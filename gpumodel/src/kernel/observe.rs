@@ -18,6 +18,8 @@ pub struct Observation {
     cache_bytes: Vec<(CacheRole, u64)>,
     /// Bytes read from memory.
     pub memory_read_bytes: u64,
+    /// Bytes written to memory.
+    pub memory_write_bytes: u64,
 }
 
 impl Pattern {
@@ -40,6 +42,7 @@ impl Pattern {
             bytes: self.bytes_per_warp(gpu) * u64::from(warps),
             cache_bytes: roles.map(|role| (role, of(&whole, role) - of(&half, role))).to_vec(),
             memory_read_bytes: whole.traffic.dram_read_bytes - half.traffic.dram_read_bytes,
+            memory_write_bytes: whole.traffic.dram_write_bytes - half.traffic.dram_write_bytes,
         })
     }
 }
@@ -64,5 +67,10 @@ impl Observation {
     /// Bytes read from memory, per second.
     pub fn memory_bytes_per_second(&self) -> f64 {
         self.memory_read_bytes as f64 / self.seconds
+    }
+
+    /// Bytes read from memory and written to it, per second.
+    pub fn memory_traffic_per_second(&self) -> f64 {
+        (self.memory_read_bytes + self.memory_write_bytes) as f64 / self.seconds
     }
 }

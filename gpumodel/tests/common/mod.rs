@@ -1,6 +1,8 @@
 //! Small frames of built-in scenes, for replays.
 
-use gpumodel::{Gpu, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique};
+use gpumodel::{
+    EnergyTable, Gpu, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, ShaderCosts, Technique,
+};
 use scenes::{Light, Scene, Vec3};
 use tracer::{AccelerationStructure, BuildOptions, FrameTracer, Rays, SceneIdentity, Traversal, View};
 
@@ -12,6 +14,7 @@ pub(crate) fn config(technique: &str) -> ReplayConfig {
     ReplayConfig {
         gpu: Gpu::builtin("adreno-540").expect("built in").expect("sound"),
         costs: ShaderCosts::builtin().expect("sound"),
+        energy: EnergyTable::builtin().expect("sound"),
         technique: Technique::builtin(technique).expect("built in").expect("sound"),
         primitive_layout: PrimitiveLayout::Padded,
         primitive_order: None,

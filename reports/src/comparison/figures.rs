@@ -11,7 +11,7 @@ pub(super) struct Column {
 }
 
 /// The columns of the tables, before the deciding bound.
-pub(super) const COLUMNS: [Column; 8] = [
+pub(super) const COLUMNS: [Column; 9] = [
     Column { id: "frame_time_ms", heading: "Frame Time" },
     Column { id: "fps", heading: "Frames / Second" },
     Column { id: "mrays_per_second", heading: "Mrays / Second" },
@@ -19,6 +19,7 @@ pub(super) const COLUMNS: [Column; 8] = [
     Column { id: "sp_memory_read_bytes", heading: "SP Memory Read" },
     Column { id: "alu_per_fragment", heading: "ALU / Fragment" },
     Column { id: "dram_read_bytes", heading: "DRAM Read" },
+    Column { id: "energy_mj", heading: "Energy" },
     Column { id: "structure_bytes", heading: "Structure Bytes" },
 ];
 

@@ -6,9 +6,10 @@ use crate::chart::{BarChart, Scale, Series};
 
 /// Charts by what the rows measure, with names for their files; `judge` is the rung whose figures the verdicts hold.
 pub fn charts(verdicts: &[RowVerdict], judge: &str) -> Vec<(&'static str, BarChart)> {
-    let all: [(&str, &str, &str, &[Kind], &str); 3] = [
+    let all: [(&str, &str, &str, &[Kind], &str); 4] = [
         ("latency", "Latency", "time of a load (ns)", &[Kind::Latency], "ns"),
         ("bandwidth", "Bandwidth", "bytes per second (GB/s)", &[Kind::Bandwidth], "GB/s"),
+        ("power", "Power", "power of one supply of the memory (mW)", &[Kind::Power], "mW"),
         (
             "slowdown",
             "Slowdown",

@@ -1,6 +1,8 @@
 //! The file of measurements.
 
+use super::power::memory_of;
 use crate::error::Error;
+use gpumodel::energy::DramPower;
 use gpumodel::kernel::{Observation, Pattern};
 use gpumodel::{BuiltinGpu, CacheRole};
 use serde::{Deserialize, Serialize};
@@ -32,6 +34,10 @@ pub struct Row {
     /// Blocks of the pattern, one after the other: the quantity must not fall.
     #[serde(default)]
     pub blocks: Vec<u32>,
+    /// Of a row of power, 10^9 bytes per second through each interface of the memory, whose peak is set so.
+    pub interface_gbs: Option<f64>,
+    /// Of a row of [`Quantity::RailMw`], the supply.
+    pub rail: Option<String>,
     /// What was found; nothing where only an order is known.
     pub published: Option<Published>,
     /// Figures of the GPU's description that were derived from this row.
@@ -59,6 +65,8 @@ pub enum Kind {
     Knee,
     /// Order of times.
     Monotone,
+    /// Power of memory.
+    Power,
 }
 
 /// What is compared.
@@ -75,6 +83,10 @@ pub enum Quantity {
     ExternalGbs,
     /// Time over that of another pattern.
     TimeRatio,
+    /// Milliwatts of one supply of one interface of the memory.
+    RailMw,
+    /// Picojoules per byte of the whole memory beyond what it takes idle: milliwatts per 10^9 bytes per second.
+    PjPerByte,
 }
 
 /// A published figure or range.
@@ -128,6 +140,30 @@ pub fn parse(text: &str, file: &str) -> Result<Vec<Row>, Error> {
             let problem = "footprints are for a knee, blocks for a monotone row".to_owned();
             return refuse(problem, "correct the sweep or the kind");
         }
+        let of_power = matches!(row.quantity, Quantity::RailMw | Quantity::PjPerByte);
+        if of_power != (row.kind == Kind::Power)
+            || of_power != row.interface_gbs.is_some()
+            || (row.quantity == Quantity::RailMw) != row.rail.is_some()
+        {
+            let problem =
+                "kind power goes with rail_mw or pj_per_byte and interface_gbs, and rail with rail_mw";
+            return refuse(problem.to_owned(), "correct these keys");
+        }
+        if of_power {
+            let Ok(Some(memory)) = memory_of(&row.gpu) else {
+                return refuse(format!("the energy of {} is not known", row.gpu), "name another GPU");
+            };
+            let rails: Vec<&str> = memory.rails().iter().map(|rail| rail.name()).collect();
+            if let Some(rail) = row.rail.as_deref().filter(|rail| !rails.contains(rail)) {
+                return refuse(
+                    format!("no supply is called '{rail}'"),
+                    &format!("name one of: {}", rails.join(", ")),
+                );
+            }
+            if !row.interface_gbs.is_some_and(|gbs| gbs > 0.0 && gbs.is_finite()) {
+                return refuse("interface_gbs is no rate".to_owned(), "give a positive figure");
+            }
+        }
         match row.published {
             None if row.kind != Kind::Monotone => {
                 return refuse("nothing is published".to_owned(), "give `published`");
@@ -178,17 +214,32 @@ impl Quantity {
             Self::NsPerLoad => "ns",
             Self::Gbs | Self::L2Gbs | Self::ExternalGbs => "GB/s",
             Self::TimeRatio => "x",
+            Self::RailMw => "mW",
+            Self::PjPerByte => "pJ/B",
         }
     }
 
-    /// Of what a probe measured; a ratio is the caller's to form from times per load.
-    pub(super) fn of(self, observed: &Observation) -> f64 {
+    /// Of what a probe measured, and for power of the memory it was measured on and one of its supplies; a ratio is the caller's to form from times per
+    /// load.
+    pub(super) fn of(self, observed: &Observation, memory: Option<(&DramPower, &str)>) -> f64 {
+        let rate = observed.memory_traffic_per_second();
         match self {
             Self::NsPerLoad => observed.seconds_per_load() * 1e9,
             Self::TimeRatio => observed.seconds_per_load(),
             Self::Gbs => observed.bytes_per_second() / 1e9,
             Self::L2Gbs => observed.cache_bytes_per_second(CacheRole::L2) / 1e9,
             Self::ExternalGbs => observed.memory_bytes_per_second() / 1e9,
+            Self::RailMw => memory.map_or(f64::NAN, |(memory, rail)| rail_milliwatts(memory, rail, rate)),
+            Self::PjPerByte => {
+                memory.map_or(f64::NAN, |(memory, _)| (memory.watts(rate) - memory.watts(0.0)) * 1e12 / rate)
+            }
         }
     }
+}
+
+/// Of one interface.
+fn rail_milliwatts(memory: &DramPower, rail: &str, bytes_per_second: f64) -> f64 {
+    let rail = memory.rails().iter().find(|of| of.name() == rail);
+    let watts = rail.map_or(f64::NAN, |rail| rail.floor_watts() + rail.traffic_watts(bytes_per_second));
+    watts * 1e3 / memory.interfaces()
 }

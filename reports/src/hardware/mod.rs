@@ -5,12 +5,14 @@
 
 mod chart;
 mod file;
+mod power;
 mod summary;
 mod verdict;
 mod write;
 
 pub use chart::charts;
 pub use file::{Kind, MEASUREMENTS, Published, Quantity, Row, parse};
+pub use power::set_interface_rate;
 pub use summary::{Group, Summary};
 pub use verdict::{Figure, Found, RowVerdict};
 pub use write::{csv_text, json_text, markdown, text};

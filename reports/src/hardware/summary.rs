@@ -4,8 +4,8 @@ use super::file::Kind;
 use super::verdict::RowVerdict;
 use serde::Serialize;
 
-/// Largest mean error over rows of latency, and over rows of bandwidth.
-const LIMITS: [(Kind, f64); 2] = [(Kind::Latency, 0.10), (Kind::Bandwidth, 0.20)];
+/// Largest mean error over rows of latency, of bandwidth, and of power.
+const LIMITS: [(Kind, f64); 3] = [(Kind::Latency, 0.10), (Kind::Bandwidth, 0.20), (Kind::Power, 0.20)];
 
 /// Errors of rows of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,7 +29,7 @@ pub struct Group {
 /// Errors over all rows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// Latency and bandwidth: all rows, inputs, predictions.
+    /// Latency, bandwidth and power: all rows, inputs, predictions.
     pub groups: Vec<Group>,
     /// Rows that keep their limits.
     pub passed: usize,

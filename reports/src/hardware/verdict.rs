@@ -1,13 +1,14 @@
 //! A row beside what the model says.
 
 use super::file::{Kind, Published, Quantity, Row};
+use super::power::memory_of;
 use gpumodel::Fidelity;
 use gpumodel::kernel::Observation;
 use serde::{Serialize, Serializer};
 
 /// Largest error of a row of latency, as a part of what was published.
 const LATENCY_LIMIT: f64 = 0.10;
-/// The same of bandwidth and divergence.
+/// The same of bandwidth, divergence and power.
 const BANDWIDTH_LIMIT: f64 = 0.20;
 /// Slowdowns lie within this factor.
 const RATIO_LIMIT: f64 = 1.5;
@@ -71,7 +72,9 @@ fn outcome<S: Serializer>(passed: &bool, serializer: S) -> Result<S::Ok, S::Erro
 impl Row {
     /// What the observations of [`Row::patterns`], in order, say.
     pub fn found(&self, observed: &[Observation]) -> Found {
-        let values: Vec<f64> = observed.iter().map(|observed| self.quantity.of(observed)).collect();
+        let memory = self.interface_gbs.and_then(|_| memory_of(&self.gpu).ok().flatten());
+        let supply = memory.as_ref().map(|memory| (memory, self.rail.as_deref().unwrap_or_default()));
+        let values: Vec<f64> = observed.iter().map(|observed| self.quantity.of(observed, supply)).collect();
         match self.kind {
             Kind::Knee => Found::Knee(steepest(&values)),
             Kind::Monotone => Found::Monotone(values.is_sorted()),
@@ -108,7 +111,7 @@ impl Row {
         let within = |limit: f64| error.is_some_and(|error| error.abs() <= limit);
         match self.kind {
             Kind::Latency => within(LATENCY_LIMIT),
-            Kind::Bandwidth | Kind::Divergence => within(BANDWIDTH_LIMIT),
+            Kind::Bandwidth | Kind::Divergence | Kind::Power => within(BANDWIDTH_LIMIT),
             Kind::Ratio => {
                 error.is_some_and(|error| (1.0 / RATIO_LIMIT..=RATIO_LIMIT).contains(&(1.0 + error)))
             }

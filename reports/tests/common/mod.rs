@@ -43,6 +43,7 @@ pub(crate) fn report() -> Report {
                 scene: "0123456789abcdef".into(),
                 gpu: "0123456789abcdef".into(),
                 costs: "0123456789abcdef".into(),
+                energy: Some("0123456789abcdef".into()),
             },
             triangles: 32,
             ray_sets: vec!["primary".into()],
@@ -76,6 +77,24 @@ pub(crate) fn report() -> Report {
         stack: vec![reports::TimePart { name: "ALU issue".into(), seconds: 0.0130 }],
         bounds: vec![Bound { name: "ALU issue".into(), seconds: 0.0125 }],
         deciding_bound: Some("ALU issue".into()),
+        energy: Some(reports::Energy {
+            process: "10nm".into(),
+            volts: 0.8,
+            celsius: 50.0,
+            causes: [
+                ("ALU operations", 1.5, "GPU", "unit"),
+                ("DRAM: reads and writes", 4.5, "DRAM", "whole path"),
+            ]
+            .map(|(cause, mj, domain, boundary)| reports::EnergyCause {
+                cause: cause.into(),
+                mj,
+                share: mj / 6.0,
+                domain: domain.into(),
+                boundary: boundary.into(),
+                tag: "estimate".into(),
+            })
+            .into(),
+        }),
         buffers: vec![reports::Buffer {
             name: "nodes".into(),
             bytes: 4096,

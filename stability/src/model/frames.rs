@@ -4,8 +4,8 @@ use crate::Size;
 use crate::case::{Case, Limit};
 use crate::structures::Watch;
 use gpumodel::{
-    Estimate, Fidelity, GPUS, Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig, Replayed,
-    ShaderCosts, Technique, Value, estimate, replay, replay_all,
+    EnergyTable, Estimate, Fidelity, GPUS, Gpu, Maps, NodeOrder, NodeRecords, PrimitiveLayout, ReplayConfig,
+    Replayed, ShaderCosts, Technique, Value, estimate, replay, replay_all,
 };
 use scenes::{Light, Triangle};
 use tracer::{
@@ -50,6 +50,7 @@ pub(super) fn config(gpu: Gpu, fidelity: Fidelity) -> ReplayConfig {
     ReplayConfig {
         gpu,
         costs: ShaderCosts::builtin().expect("they are built in"),
+        energy: EnergyTable::builtin().expect("it is built in"),
         technique: Technique::builtin("fragment").expect("it is built in").expect("it is sound"),
         primitive_layout: PrimitiveLayout::Padded,
         primitive_order: None,

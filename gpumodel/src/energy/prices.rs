@@ -1,0 +1,120 @@
+//! What events take on one GPU.
+
+use super::{DramPower, Leakage};
+use crate::config::{Boundary, EnergyTable, Gpu, Logic, LogicFigure, Process, Tag};
+use crate::error::Error;
+use cachesim::DramStandard;
+
+/// Bytes of the array and of the access that the table's figure of SRAM is of.
+const SRAM_BYTES: f64 = 8192.0;
+const WORD_BYTES: f64 = 8.0;
+
+/// What one event takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Price {
+    /// Joules.
+    pub joules: f64,
+    /// What is inside of it.
+    pub boundary: Boundary,
+    /// How far it can be trusted: an estimate where it was scaled from another process.
+    pub tag: Tag,
+}
+
+/// What the events of a frame take on one GPU at its reference voltage.
+#[derive(Clone, Debug)]
+pub struct EnergyPrices {
+    pub(super) logic: Logic<Price>,
+    /// A line of each of [`Gpu::caches`], read or written.
+    pub(super) lines: Vec<Price>,
+    /// A byte of tile memory, read or written.
+    pub(super) tile_byte: Price,
+    pub(super) leakage: Leakage,
+    pub(super) dram: DramPower,
+    process: String,
+    volts: f64,
+}
+
+impl EnergyPrices {
+    /// Those of `gpu` by `table`; `None` where the GPU's description names no process.
+    ///
+    /// # Errors
+    /// When the table does not know the GPU's process or standard of memory.
+    pub fn new(table: &EnergyTable, gpu: &Gpu) -> Result<Option<Self>, Error> {
+        let Some(energy) = &gpu.energy else { return Ok(None) };
+        let process = find(table, "[[process]]", "energy.process", &energy.process, gpu)?;
+        let price = |figure: &LogicFigure| price(figure, &table.processes, process);
+        let logic = table.logic.map(|_, figure| Ok::<_, Error>(price(figure)))?;
+        let word = price(&table.sram_word);
+        // Bit lines and word lines grow with the edge of an array.
+        let bytes = |of: f64, array: f64| Price {
+            joules: word.joules * of / WORD_BYTES * (array / SRAM_BYTES).sqrt(),
+            tag: if array == SRAM_BYTES { word.tag } else { Tag::Estimate },
+            ..word
+        };
+        let levels = gpu.caches.iter().zip(gpu.levels().as_slice());
+        let lines = levels.map(|(cache, level)| bytes(cache.line_bytes as f64, level.size.0 as f64));
+        let DramStandard { name: standard, .. } = &gpu.dram.standard;
+        let Some(dram) = table.drams.iter().find(|dram| dram.standard == *standard) else {
+            let known = table.drams.iter().map(|dram| dram.standard.as_str()).collect();
+            return Err(unknown(table, "[[dram]]", "dram.standard", standard, known, gpu));
+        };
+        Ok(Some(Self {
+            logic,
+            lines: lines.collect(),
+            tile_byte: bytes(1.0, f64::from(gpu.tiler.tile_memory_bytes)),
+            leakage: Leakage::new(&table.leakage, f64::from(gpu.cores.count) * gpu.cores.alu_lanes),
+            dram: DramPower::new(dram, &gpu.dram),
+            process: process.name.clone(),
+            volts: process.volts,
+        }))
+    }
+
+    /// Name of the GPU's process.
+    pub fn process(&self) -> &str {
+        &self.process
+    }
+
+    /// Supply voltage at which dynamic energies hold; they go with its square.
+    pub fn reference_volts(&self) -> f64 {
+        self.volts
+    }
+
+    /// Power of the GPU while it does nothing.
+    pub fn leakage(&self) -> &Leakage {
+        &self.leakage
+    }
+
+    /// Power of the system's memory.
+    pub fn dram(&self) -> &DramPower {
+        &self.dram
+    }
+}
+
+fn price(figure: &LogicFigure, processes: &[Process], process: &Process) -> Price {
+    let of = &processes[figure.process];
+    let tag = if of.name == process.name { figure.tag } else { Tag::Estimate };
+    Price { joules: figure.picojoules * 1e-12 * process.energy / of.energy, boundary: figure.boundary, tag }
+}
+
+fn find<'a>(
+    table: &'a EnergyTable,
+    tables: &str,
+    key: &str,
+    name: &str,
+    gpu: &Gpu,
+) -> Result<&'a Process, Error> {
+    table.processes.iter().find(|process| process.name == name).ok_or_else(|| {
+        let known = table.processes.iter().map(|process| process.name.as_str()).collect();
+        unknown(table, tables, key, name, known, gpu)
+    })
+}
+
+fn unknown(table: &EnergyTable, tables: &str, key: &str, name: &str, known: Vec<&str>, gpu: &Gpu) -> Error {
+    Error::Config {
+        file: gpu.name().to_owned(),
+        line: None,
+        key: format!("{key}: "),
+        problem: format!("is '{name}', and {} has: {}", table.file, known.join(", ")),
+        remedy: format!("name one of these, or add it to the {tables} of an --energy table"),
+    }
+}
