@@ -76,6 +76,8 @@ pub(crate) struct ProfileArgs {
     #[command(flatten)]
     pub(crate) sample: SampleArgs,
     #[command(flatten)]
+    pub(crate) sustained: SustainedArgs,
+    #[command(flatten)]
     pub(crate) report: ReportArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -92,6 +94,7 @@ impl ProfileArgs {
             frame: FrameArgs::default(),
             machine: MachineArgs::default(),
             sample: SampleArgs::default(),
+            sustained: SustainedArgs::default(),
             report: ReportArgs { format: Format::Text, out: Some(PathBuf::from("raybudget-out")) },
             run: RunArgs::default(),
         }
@@ -553,6 +556,19 @@ pub(crate) struct SampleArgs {
     /// Draws another sample [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
+}
+
+/// A load on a phone that warms.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Warm phone")]
+pub(crate) struct SustainedArgs {
+    /// Draw the frame again and again for that long, such as 10min, on a phone whose governor lowers the GPU's clock where it is too warm; also
+    /// replays the frame at each of these clocks.
+    #[arg(long, value_name = "TIME")]
+    pub(crate) sustained: Option<String>,
+    /// A file that describes the phone, instead of the built-in one.
+    #[arg(long, value_name = "FILE", requires = "sustained")]
+    pub(crate) phone: Option<PathBuf>,
 }
 
 #[derive(Args, Clone, Debug)]

@@ -18,6 +18,7 @@ mod report;
 mod sample;
 mod secondary;
 mod settings;
+mod sustained;
 mod two_level;
 mod vary;
 mod verify;

@@ -28,6 +28,7 @@ mod picture;
 mod report;
 pub mod sampling;
 pub mod stability;
+pub mod sustained;
 pub mod text;
 pub mod thermal;
 mod units;
