@@ -17,6 +17,7 @@ mod results;
 mod samples;
 mod stability;
 mod support;
+mod sustained;
 mod timed;
 mod two_level;
 mod vendor;

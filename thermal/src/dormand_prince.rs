@@ -43,9 +43,9 @@ impl DormandPrince {
         seconds: f64,
         out: &mut State,
     ) -> f64 {
-        for stage in 1..STAGES {
+        for (stage, weights) in A.iter().enumerate().skip(1) {
             for (i, value) in state.values().iter().enumerate() {
-                let slope: f64 = (0..stage).map(|j| A[stage][j] * self.slopes[j][i]).sum();
+                let slope: f64 = (0..stage).map(|j| weights[j] * self.slopes[j][i]).sum();
                 self.point[i] = seconds.mul_add(slope, *value);
             }
             equation.derivative(&self.point, &mut self.slopes[stage]);

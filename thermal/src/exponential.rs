@@ -15,8 +15,7 @@ pub(crate) struct Exponential {
     matrix: Vec<f64>,
     /// Roots of the heat capacities.
     weights: Vec<f64>,
-    /// State and slope, weighted, by mode.
-    modes: Vec<f64>,
+    /// Derivatives, weighted, by mode.
     slopes: Vec<f64>,
     scratch: Vec<f64>,
     change: Vec<f64>,
@@ -45,17 +44,22 @@ impl Exponential {
             self.matrix[d * n + d] += leakage.slope(temperatures[d]) / (self.weights[d] * self.weights[d]);
         }
         self.eigen.of(&mut self.matrix, n);
-        [&mut self.modes, &mut self.slopes, &mut self.scratch, &mut self.change]
+        [&mut self.slopes, &mut self.scratch, &mut self.change]
             .into_iter()
             .for_each(|values| values.resize(n, 0.0));
         for i in 0..n {
-            self.scratch[i] = self.weights[i] * temperatures[i];
-        }
-        self.eigen.into_modes(&self.scratch, &mut self.modes);
-        for i in 0..n {
             self.scratch[i] = equation.net_heat(temperatures, i) / self.weights[i];
         }
-        self.eigen.into_modes(&self.scratch, &mut self.slopes);
+        self.eigen.modes_of(&self.scratch, &mut self.slopes);
+    }
+
+    /// What a figure of each mode is at the nodes, in K or K s, into [`Self::change`].
+    fn at_nodes(&mut self, of_mode: impl Fn(&Self, usize) -> f64) {
+        for k in 0..self.weights.len() {
+            self.scratch[k] = of_mode(self, k);
+        }
+        self.eigen.of_modes(&self.scratch, &mut self.change);
+        self.change.iter_mut().zip(&self.weights).for_each(|(change, weight)| *change /= weight);
     }
 
     pub(crate) fn step(
@@ -89,40 +93,33 @@ impl Exponential {
         });
         let (third, fourth) = remainders(middle, end);
 
-        for k in 0..n {
+        self.at_nodes(|this, k| {
             let [phi_1, _, phi_3, phi_4, _] = functions[k];
-            self.scratch[k] =
-                h * (phi_1 * self.slopes[k] + (third * phi_3 + fourth * phi_4) * reach(self, k));
-        }
-        self.eigen.from_modes(&self.scratch, &mut self.change);
+            h * (phi_1 * this.slopes[k] + (third * phi_3 + fourth * phi_4) * reach(this, k))
+        });
         let values = out.values_mut();
-        for i in 0..n {
-            values[i] = temperatures[i] + self.change[i] / self.weights[i];
+        for (i, rise) in temperatures.iter().enumerate() {
+            values[i] = rise + self.change[i];
         }
 
-        // Integrals of the temperatures over the step: the next function of each.
-        for k in 0..n {
+        // Integrals of the changes over the step: the next function of each.
+        self.at_nodes(|this, k| {
             let [_, phi_2, _, phi_4, phi_5] = functions[k];
-            self.scratch[k] =
-                h * h * (phi_2 * self.slopes[k] + (third * phi_4 + fourth * phi_5) * reach(self, k));
-        }
-        self.eigen.from_modes(&self.scratch, &mut self.change);
-        let beyond = |i: usize| self.change[i] / self.weights[i];
+            h * h * (phi_2 * this.slopes[k] + (third * phi_4 + fourth * phi_5) * reach(this, k))
+        });
         let leaked = equation.leakage.map_or(0.0, |leakage| {
             let d = leakage.node;
             h * leakage.watts(temperatures[d])
-                + leakage.slope(temperatures[d]) * beyond(d)
+                + leakage.slope(temperatures[d]) * self.change[d]
                 + h * (third / 6.0 + fourth / 24.0)
         });
-        let to_air = |(i, node): (usize, &crate::Node)| node.to_ambient * (h * temperatures[i] + beyond(i));
+        let nodes = equation.network.nodes().iter().enumerate();
+        let to_air: f64 =
+            nodes.map(|(i, node)| node.to_ambient * (h * temperatures[i] + self.change[i])).sum();
         values[n] = state.heat_in() + h * equation.power.iter().sum::<f64>() + leaked;
-        values[n + 1] =
-            state.heat_out() + equation.network.nodes().iter().enumerate().map(to_air).sum::<f64>();
+        values[n + 1] = state.heat_out() + to_air;
 
-        for k in 0..n {
-            self.scratch[k] = h * fourth * functions[k][3] * reach(self, k);
-        }
-        self.eigen.from_modes(&self.scratch, &mut self.change);
-        largest((0..n).map(|i| self.change[i] / self.weights[i]))
+        self.at_nodes(|this, k| h * fourth * functions[k][3] * reach(this, k));
+        largest(self.change.iter().copied())
     }
 }

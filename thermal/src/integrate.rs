@@ -93,7 +93,7 @@ const SAFETY: f64 = 0.9;
 const LEAST_CHANGE: f64 = 0.1;
 const LARGEST_CHANGE: f64 = 5.0;
 /// Steps, rejected ones included, after which an integration is given up.
-const MOST_STEPS: u64 = 50_000_000;
+const MOST_STEPS: u64 = 10_000_000;
 /// Part of the time until the end below which a step moves nothing.
 const SHORTEST: f64 = 1e-14;
 /// Halvings and secants after which a bracket of an instant is as narrow as floats are.
@@ -175,6 +175,9 @@ impl Integrator {
             Steps::Tolerance(_) => self.allowed.unwrap_or(rest).min(rest),
         };
         loop {
+            if self.counts.steps + self.counts.rejected >= MOST_STEPS {
+                return Err(self.stuck(passed, "too many steps"));
+            }
             let error = self.stepper.step(equation, state, step, &mut self.next);
             let finite = self.next.values().iter().all(|value| value.is_finite());
             let Steps::Tolerance(tolerance) = self.steps else {
@@ -200,9 +203,6 @@ impl Integrator {
             self.counts.rejected += 1;
             step *= change.min(SAFETY);
             self.allowed = Some(step);
-            if self.counts.steps + self.counts.rejected > MOST_STEPS {
-                return Err(self.stuck(passed, "too many steps"));
-            }
             if step <= SHORTEST * rest {
                 return Err(self.stuck(passed, "no step is short enough for the tolerance"));
             }

@@ -129,6 +129,9 @@ pub struct Run {
     pub counts: Counts,
 }
 
+/// Readings of sensors and samples that a simulation takes at most.
+const MOST_READINGS: f64 = 1e7;
+
 impl OperatingPoint {
     /// Checks that a phone can have it.
     fn check(&self) -> Result<(), Error> {
@@ -179,6 +182,12 @@ impl Phone {
         if !(seconds > 0.0 && seconds.is_finite() && sample_seconds > 0.0) {
             let problem = format!("{seconds} s with a sample each {sample_seconds} s, expected more than 0");
             return Err(Error::input("duration", problem, "give a duration such as 600"));
+        }
+        let intervals = self.zones.iter().flat_map(|zone| [zone.polling, zone.polling_passive]);
+        let shortest = intervals.filter(|interval| *interval > 0.0).fold(sample_seconds, f64::min);
+        if seconds / shortest > MOST_READINGS {
+            let problem = format!("{seconds} s with a reading or sample each {shortest} s");
+            return Err(Error::input("duration", problem, "shorten it, or read sensors less often"));
         }
         let integrator = Integrator::new(method, Steps::Tolerance(tolerance), &self.network)?;
         Simulation::new(self, points, integrator).run(seconds, sample_seconds)

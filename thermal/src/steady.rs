@@ -29,8 +29,8 @@ pub fn long_run(equation: &HeatEquation<'_>) -> LongRun {
     unit[leakage.node] = 1.0;
     let response = network.settled(&unit);
     let a = response[leakage.node] * leakage.slope(without[leakage.node]);
-    // `NaN` and infinity run away too.
-    if !(a * 1.0_f64.exp() <= 1.0) {
+    let has_a_root = a * 1.0_f64.exp() <= 1.0;
+    if !has_a_root {
         return LongRun::RunsAway;
     }
     let (mut low, mut high) = (0.0, 1.0);

@@ -63,7 +63,7 @@ impl Eigen {
     }
 
     /// `Q^T x`.
-    pub(crate) fn into_modes(&self, x: &[f64], out: &mut [f64]) {
+    pub(crate) fn modes_of(&self, x: &[f64], out: &mut [f64]) {
         let n = x.len();
         for (k, out) in out.iter_mut().enumerate() {
             *out = (0..n).map(|i| self.vectors[i * n + k] * x[i]).sum();
@@ -71,7 +71,7 @@ impl Eigen {
     }
 
     /// `Q x`.
-    pub(crate) fn from_modes(&self, x: &[f64], out: &mut [f64]) {
+    pub(crate) fn of_modes(&self, x: &[f64], out: &mut [f64]) {
         let n = x.len();
         for (i, out) in out.iter_mut().enumerate() {
             *out = (0..n).map(|k| self.vectors[i * n + k] * x[k]).sum();
@@ -103,11 +103,11 @@ mod tests {
             let mut modes = vec![0.0; n];
             let mut unit = vec![0.0; n];
             unit[i] = 1.0;
-            eigen.into_modes(&unit, &mut modes);
+            eigen.modes_of(&unit, &mut modes);
             assert_eq!(modes, eigen.row(i));
             modes.iter_mut().zip(&eigen.values).for_each(|(mode, value)| *mode *= value);
             let mut row = vec![0.0; n];
-            eigen.from_modes(&modes, &mut row);
+            eigen.of_modes(&modes, &mut row);
             for j in 0..n {
                 let size = (matrix[i * n + i] * matrix[j * n + j]).sqrt();
                 assert!((row[j] - matrix[i * n + j]).abs() <= 1e-13 * size, "{i} {j}");

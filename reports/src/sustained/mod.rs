@@ -204,5 +204,9 @@ fn minutes(phone: &Phone, run: &Run, end: f64) -> Vec<Minute> {
 fn seconds_at(run: &Run, point: usize, end: f64) -> f64 {
     let starts = std::iter::once((0.0, 0)).chain(run.switches.iter().map(|switch| (switch.at, switch.to)));
     let ends = run.switches.iter().map(|switch| switch.at).chain([end]);
-    starts.zip(ends).filter(|((_, to), _)| *to == point).map(|((from, _), to)| to - from).sum()
+    starts
+        .zip(ends)
+        .filter(|((_, to), _)| *to == point)
+        .map(|((from, _), to)| to - from)
+        .fold(0.0, |sum, span| sum + span)
 }

@@ -72,8 +72,8 @@ fn limits(phone: &Phone, hottest: f64) -> Vec<(f64, String)> {
             Rule::StepWise(trip) => vec![trip.celsius],
             Rule::Monitor(caps) => caps.iter().map(|cap| cap.trip.celsius).collect(),
         };
-        trips.into_iter().map(|celsius| (celsius, format!("{} {celsius}", zone.name)))
+        trips.into_iter().map(|celsius| (celsius, format!("trip of {}, {celsius}", zone.name)))
     });
-    let shutdown = (phone.shutdown.celsius, format!("shutdown {}", phone.shutdown.celsius));
+    let shutdown = (phone.shutdown.celsius, format!("shutdown, {}", phone.shutdown.celsius));
     trips.chain([shutdown]).filter(|(celsius, _)| *celsius <= hottest + NEAR).collect()
 }

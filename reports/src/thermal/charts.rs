@@ -18,7 +18,7 @@ pub fn charts(thermal: &Thermal) -> [(&'static str, WorkPrecisionChart); 2] {
         (
             "work-precision",
             chart(
-                "Error against run time, at tolerances from 1e-9 to 0.1 K",
+                "Error against run time, at tolerances of 1e-7 to 0.1 K",
                 "processor time, seconds",
                 |point| matches!(point.steps, Steps::Tolerance(_)).then_some(point.seconds),
             ),
