@@ -1,7 +1,7 @@
 //! Do the built-in GPUs say what their sources say?
 
 use gpumodel::energy::EnergyPrices;
-use gpumodel::{EnergyTable, GPUS, Gpu};
+use gpumodel::{EnergyTable, GPUS, Gpu, RayScheduling};
 
 fn gpu(name: &str) -> Gpu {
     Gpu::builtin(name).expect("it is built in").expect("it is sound")
@@ -14,9 +14,12 @@ fn gflops(gpu: &Gpu) -> f64 {
 #[test]
 fn they_are_in_the_order_of_maker_and_number() {
     let key = |name: &str| {
-        let (maker, number) = name.split_once('-').expect("maker-number");
-        let place =
-            ["adreno", "mali", "vulkan"].iter().position(|known| *known == maker).expect("a known maker");
+        // What was never sold has no number.
+        let (maker, number) = name.split_once('-').unwrap_or((name, ""));
+        let place = ["adreno", "mali", "sgrt", "vulkan"]
+            .iter()
+            .position(|known| *known == maker)
+            .expect("a known maker");
         let digits: String =
             number.trim_start_matches('g').chars().take_while(char::is_ascii_digit).collect();
         // The newest series begin again with letters or at 1.
@@ -24,7 +27,7 @@ fn they_are_in_the_order_of_maker_and_number() {
         (place, number)
     };
     assert!(GPUS.iter().map(|gpu| key(gpu.name)).is_sorted());
-    assert_eq!(GPUS.len(), 23);
+    assert_eq!(GPUS.len(), 24);
 }
 
 #[test]
@@ -122,6 +125,17 @@ fn caches_deliver_no_more_than_a_line_per_bank_and_clock_and_wait_for_a_load_of_
         let rate = gpu.dram.peak_bytes_per_second * gpu.dram.efficiency;
         assert!(bytes / seconds >= rate, "{}: {} of {rate} B/s", builtin.name, bytes / seconds);
     }
+}
+
+#[test]
+fn sgrt_walks_for_each_ray_alone_and_tests_two_boxes_at_a_time() {
+    let gpu = gpu("sgrt");
+    let unit = gpu.ray_unit.as_ref().expect("its T&I unit");
+    assert!(unit.walks());
+    assert_eq!((unit.scheduling, unit.places(), unit.boxes_per_clock), (RayScheduling::Ray, 1, 2.0));
+    assert_eq!(gpu.energy.as_ref().map(|energy| energy.process.as_str()), Some("14nm"));
+    // Of its figures only what abstracts and the paper on stereo state is no estimate.
+    assert_eq!(gpu.provenance().vendor, 2);
 }
 
 #[test]

@@ -39,6 +39,7 @@ pub const GPUS: &[BuiltinGpu] = &[
     builtin!("mali-g720"),
     builtin!("mali-g925"),
     builtin!("mali-g1-ultra"),
+    builtin!("sgrt"),
     builtin!("vulkan-sim-mobile"),
 ];
 

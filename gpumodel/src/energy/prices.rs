@@ -6,8 +6,8 @@ use crate::error::Error;
 use cachesim::DramStandard;
 
 /// Bytes of the array and of the access that the table's figure of SRAM is of.
-const SRAM_BYTES: f64 = 8192.0;
-const WORD_BYTES: f64 = 8.0;
+const SRAM_BYTES: u64 = 8192;
+const WORD_BYTES: u64 = 8;
 
 /// What one event takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,27 +41,31 @@ impl EnergyPrices {
     /// When the table does not know the GPU's process or standard of memory.
     pub fn new(table: &EnergyTable, gpu: &Gpu) -> Result<Option<Self>, Error> {
         let Some(energy) = &gpu.energy else { return Ok(None) };
-        let process = find(table, "[[process]]", "energy.process", &energy.process, gpu)?;
+        let Some(process) = table.processes.iter().find(|process| process.name == energy.process) else {
+            let known: Vec<&str> = table.processes.iter().map(|process| process.name.as_str()).collect();
+            return Err(unknown(table, ["energy.process", &energy.process, "[[process]]"], &known, gpu));
+        };
         let price = |figure: &LogicFigure| price(figure, &table.processes, process);
         let logic = table.logic.map(|_, figure| Ok::<_, Error>(price(figure)))?;
         let word = price(&table.sram_word);
         // Bit lines and word lines grow with the edge of an array.
-        let bytes = |of: f64, array: f64| Price {
-            joules: word.joules * of / WORD_BYTES * (array / SRAM_BYTES).sqrt(),
+        let bytes = |bytes: u64, array: u64| Price {
+            joules: word.joules * bytes as f64 / WORD_BYTES as f64
+                * (array as f64 / SRAM_BYTES as f64).sqrt(),
             tag: if array == SRAM_BYTES { word.tag } else { Tag::Estimate },
             ..word
         };
         let levels = gpu.caches.iter().zip(gpu.levels().as_slice());
-        let lines = levels.map(|(cache, level)| bytes(cache.line_bytes as f64, level.size.0 as f64));
+        let lines = levels.map(|(cache, level)| bytes(cache.line_bytes, level.size.0));
         let DramStandard { name: standard, .. } = &gpu.dram.standard;
         let Some(dram) = table.drams.iter().find(|dram| dram.standard == *standard) else {
-            let known = table.drams.iter().map(|dram| dram.standard.as_str()).collect();
-            return Err(unknown(table, "[[dram]]", "dram.standard", standard, known, gpu));
+            let known: Vec<&str> = table.drams.iter().map(|dram| dram.standard.as_str()).collect();
+            return Err(unknown(table, ["dram.standard", standard, "[[dram]]"], &known, gpu));
         };
         Ok(Some(Self {
             logic,
             lines: lines.collect(),
-            tile_byte: bytes(1.0, f64::from(gpu.tiler.tile_memory_bytes)),
+            tile_byte: bytes(1, u64::from(gpu.tiler.tile_memory_bytes)),
             leakage: Leakage::new(&table.leakage, f64::from(gpu.cores.count) * gpu.cores.alu_lanes),
             dram: DramPower::new(dram, &gpu.dram),
             process: process.name.clone(),
@@ -96,20 +100,8 @@ fn price(figure: &LogicFigure, processes: &[Process], process: &Process) -> Pric
     Price { joules: figure.picojoules * 1e-12 * process.energy / of.energy, boundary: figure.boundary, tag }
 }
 
-fn find<'a>(
-    table: &'a EnergyTable,
-    tables: &str,
-    key: &str,
-    name: &str,
-    gpu: &Gpu,
-) -> Result<&'a Process, Error> {
-    table.processes.iter().find(|process| process.name == name).ok_or_else(|| {
-        let known = table.processes.iter().map(|process| process.name.as_str()).collect();
-        unknown(table, tables, key, name, known, gpu)
-    })
-}
-
-fn unknown(table: &EnergyTable, tables: &str, key: &str, name: &str, known: Vec<&str>, gpu: &Gpu) -> Error {
+/// Of a key of the GPU, its value, and the tables that it should name one of.
+fn unknown(table: &EnergyTable, [key, name, tables]: [&str; 3], known: &[&str], gpu: &Gpu) -> Error {
     Error::Config {
         file: gpu.name().to_owned(),
         line: None,
