@@ -78,6 +78,8 @@ pub(crate) struct ProfileArgs {
     #[command(flatten)]
     pub(crate) sample: SampleArgs,
     #[command(flatten)]
+    pub(crate) sustained: SustainedArgs,
+    #[command(flatten)]
     pub(crate) report: ReportArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -94,6 +96,7 @@ impl ProfileArgs {
             frame: FrameArgs::default(),
             machine: MachineArgs::default(),
             sample: SampleArgs::default(),
+            sustained: SustainedArgs::default(),
             report: ReportArgs { format: Format::Text, out: Some(PathBuf::from("raybudget-out")) },
             run: RunArgs::default(),
         }
@@ -297,6 +300,9 @@ pub(crate) enum VerifyWhat {
     Hardware(HardwareArgs),
     /// Drive tracer, solvers and models to the ends of their ranges; exit code 1 when a case misses its limit.
     Stability(StabilityArgs),
+    /// Hold the simulation of temperatures against closed forms, its integrators against each other; exit code 1 when a case misses its
+    /// limit.
+    Thermal(ThermalArgs),
 }
 
 #[derive(Args, Debug)]
@@ -393,6 +399,19 @@ pub(crate) struct StabilityArgs {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ThermalArgs {
+    /// Fixed steps from a millisecond instead of a tenth of one.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(crate) format: Format,
+    /// Also write the tables, and charts of error against run time and length of step, into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// How a miss-ratio curve is made.
@@ -559,6 +578,19 @@ pub(crate) struct SampleArgs {
     /// Draws another sample [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
+}
+
+/// A load on a phone that warms.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Warm phone")]
+pub(crate) struct SustainedArgs {
+    /// Draw the frame again and again for that long, such as 10min, on a phone whose governor lowers the GPU's clock where it is too warm; also
+    /// replays the frame at each of these clocks.
+    #[arg(long, value_name = "TIME")]
+    pub(crate) sustained: Option<String>,
+    /// A file that describes the phone, instead of the built-in one.
+    #[arg(long, value_name = "FILE", requires = "sustained")]
+    pub(crate) phone: Option<PathBuf>,
 }
 
 #[derive(Args, Clone, Debug)]

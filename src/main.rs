@@ -19,6 +19,7 @@ mod sample;
 mod secondary;
 mod settings;
 mod shading;
+mod sustained;
 mod two_level;
 mod vary;
 mod verify;

@@ -8,8 +8,10 @@ use crate::pictures;
 use crate::progress::Progress;
 use crate::reflections;
 use crate::sample::Plan;
+use crate::sustained::{self, Followed};
+use gpumodel::energy::FrameEnergy;
 use gpumodel::reflections::ReflectionMaps;
-use gpumodel::{Attempt, Maps, PrimitiveOrder, RayScheduling, Replayed, Sampled, Sampler};
+use gpumodel::{Attempt, Estimate, Maps, PrimitiveOrder, RayScheduling, Replayed, Sampled, Sampler};
 use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text};
@@ -27,6 +29,21 @@ pub(crate) struct Answer {
     pub(crate) reflections: Option<ReflectionMaps>,
     /// Of a ray unit that tests the rays of a warp together.
     pub(crate) occupancy: Option<UnitOccupancy>,
+    /// Where the GPU's description names its process.
+    pub(crate) energy: Option<FrameEnergy>,
+    /// Time of the frame.
+    pub(crate) seconds: f64,
+    /// What becomes of it on a phone that warms, where that was asked.
+    pub(crate) load: Option<Followed>,
+}
+
+impl Answer {
+    /// With what becomes of the frame on a phone.
+    pub(crate) fn with_load(mut self, load: Followed) -> Self {
+        self.report.assumptions.extend(load.assumptions.iter().cloned());
+        self.report.sustained = Some(load.section.clone());
+        Self { load: Some(load), ..self }
+    }
 }
 
 /// What was measured before the replay.
@@ -94,6 +111,9 @@ pub(crate) fn of_frame(
         replayed,
         reflections: None,
         occupancy,
+        seconds: frame_seconds(&estimate),
+        energy: estimate.energy,
+        load: None,
     })
 }
 
@@ -191,7 +211,19 @@ pub(crate) fn sampled_answer<S: TileSource>(
         report.left_out.push(LeftOut { what: "heat maps".to_owned(), why });
     }
     let occupancy = occupancy(header, machine, &replayed);
-    Ok(Answer { report: with_vendor(report, machine, &profilers), replayed, reflections: None, occupancy })
+    Ok(Answer {
+        report: with_vendor(report, machine, &profilers),
+        replayed,
+        reflections: None,
+        occupancy,
+        seconds: frame_seconds(&estimate),
+        energy: estimate.energy,
+        load: None,
+    })
+}
+
+fn frame_seconds(estimate: &Estimate) -> f64 {
+    estimate.stack.iter().map(|part| part.seconds).sum()
 }
 
 /// How many rays the machine's ray unit tested together, where it does so.
@@ -311,6 +343,7 @@ impl ReportFiles {
     pub(crate) fn create(folder: &Path) -> anyhow::Result<Self> {
         let folder = OutputFolder::create(folder)?;
         pictures::names().iter().try_for_each(|name| folder.check(&[name]))?;
+        folder.check(&sustained::FILES)?;
         Ok(Self {
             text: folder.file("report.txt")?,
             json: folder.file("report.json")?,
@@ -333,8 +366,14 @@ impl ReportFiles {
         if report.inputs.width.is_none() {
             console::warn("a list of rays has no pixels: no heat maps are written");
         }
-        for (name, picture) in pictures {
-            ready.push(folder.file(&name)?.written(&picture)?);
+        let of_load = match &answer.load {
+            Some(load) => {
+                load.files(format!("{}, {}", pictures::frame(&report.inputs), report.inputs.gpu))?
+            }
+            None => Vec::new(),
+        };
+        for (name, bytes) in pictures.into_iter().chain(of_load) {
+            ready.push(folder.file(&name)?.written(&bytes)?);
         }
         OutputFile::finish_all(ready)?;
         folder.keep();

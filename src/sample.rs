@@ -80,12 +80,10 @@ fn end(meter: &Meter, limit: &str) -> anyhow::Result<Instant> {
     })
 }
 
-/// `1s`, `0.5s` or `500ms`.
-fn duration(text: &str) -> Option<Duration> {
-    let (number, scale) = match text.strip_suffix("ms") {
-        Some(number) => (number, 1e-3),
-        None => (text.strip_suffix('s')?, 1.0),
-    };
+/// `1s`, `0.5s`, `500ms` or `10min`.
+pub(crate) fn duration(text: &str) -> Option<Duration> {
+    const UNITS: [(&str, f64); 3] = [("min", 60.0), ("ms", 1e-3), ("s", 1.0)];
+    let (number, scale) = UNITS.iter().find_map(|(unit, scale)| Some((text.strip_suffix(unit)?, *scale)))?;
     let seconds = number.trim().parse::<f64>().ok()? * scale;
     if seconds > 0.0 { Duration::try_from_secs_f64(seconds).ok() } else { None }
 }
@@ -103,7 +101,8 @@ mod tests {
         }
         assert_eq!(duration("1.5s"), Some(Duration::from_millis(1500)));
         assert_eq!(duration("20ms"), Some(Duration::from_millis(20)));
-        for wrong in ["", "s", "1", "0s", "-1s", "NaNs", "infs", "1e300s", "1h"] {
+        assert_eq!(duration("10min"), Some(Duration::from_secs(600)));
+        for wrong in ["", "s", "1", "0s", "-1s", "NaNs", "infs", "1e300s", "1h", "min"] {
             assert_eq!(duration(wrong), None, "{wrong}");
         }
         assert!(end(&Meter::start(), "1e19s").is_err(), "beyond what the clock can tell");

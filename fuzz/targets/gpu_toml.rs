@@ -1,4 +1,4 @@
-//! GPU descriptions, tables of shader costs and of energies.
+//! GPU descriptions, tables of shader costs and of energies, phones.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
@@ -6,4 +6,5 @@ libfuzzer_sys::fuzz_target!(|text: &str| {
     drop(gpumodel::ShaderCosts::parse(text, "fuzz.toml"));
     drop(gpumodel::EnergyTable::parse(text, "fuzz.toml"));
     drop(gpumodel::Technique::parse(text, "fuzz.toml"));
+    drop(thermal::Phone::parse(text, "fuzz.toml"));
 });

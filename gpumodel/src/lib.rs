@@ -41,11 +41,11 @@ mod workshop;
 
 pub use config::{
     Atomics, Attachments, Boundary, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram,
-    EnergyTable, Family, GPUS, Gpu, GpuEnergy, HitShading, Identity, Launch, LoadStore, Output, Paths,
-    PipelineCosts, Present, Provenance, QueryOrigin, Raster, RayPipeline, RayQueryCosts, RayScheduling,
-    RayUnit, ReflectionCosts, ReflectionRegisters, Reflections, Registers, Scheduler, ScreenSpace,
-    SecondaryQuery, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique, TextureUnit,
-    Tiler, Translation, TraversalCosts,
+    EnergyTable, Family, GPUS, Gpu, GpuEnergy, HitShading, Identity, Launch, LoadStore, OperatingPoint,
+    Output, Paths, PipelineCosts, Present, Provenance, QueryOrigin, Raster, RayPipeline, RayQueryCosts,
+    RayScheduling, RayUnit, ReflectionCosts, ReflectionRegisters, Reflections, Registers, Scheduler,
+    ScreenSpace, SecondaryQuery, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique,
+    TextureUnit, Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

@@ -59,6 +59,7 @@ impl Report {
             assumptions: estimate.assumptions.clone(),
             notes,
             forced: estimate.forced.iter().map(|cost| Forced::new(cost, frame_s)).collect(),
+            sustained: None,
         }
     }
 }

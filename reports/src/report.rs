@@ -1,6 +1,7 @@
 //! What a report says. The field names and their nesting are the JSON form, schema 1.
 
 use crate::counters::{Counters, Fidelity};
+use crate::sustained::Sustained;
 use crate::vendor::VendorView;
 use crate::within::Within;
 use serde::{Deserialize, Serialize};
@@ -54,6 +55,9 @@ pub struct Report {
     /// What was forced in or out against what the scene needs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub forced: Vec<Forced>,
+    /// What becomes of the frame rate on a phone that warms, where that was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sustained: Option<Sustained>,
 }
 
 /// What was asked.

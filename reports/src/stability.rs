@@ -92,11 +92,11 @@ pub fn text(cases: &[Case], style: Style) -> String {
     out
 }
 
-/// The table as Markdown.
-pub fn markdown(cases: &[Case]) -> String {
+/// The table as Markdown, under a title.
+pub fn markdown(title: &str, cases: &[Case]) -> String {
     let mut out = String::new();
     let cell = |text: &str| text.replace('|', "\\|");
-    line!(out, "## Numerical stability");
+    line!(out, "## {title}");
     line!(out);
     line!(
         out,
@@ -208,7 +208,7 @@ mod tests {
         let row = |id: &str| plain.lines().find(|line| line.starts_with(id)).unwrap_or_default().to_owned();
         assert!(row("b/reach").ends_with("FAIL") && row("b/reach").contains(">= 15"), "{plain}");
         assert!(row("c/error").ends_with("pass") && row("c/error").contains("2.0e-16"), "{plain}");
-        assert!(markdown(&cases()).contains("a\\|b"));
+        assert!(markdown("Cases", &cases()).contains("a\\|b"));
         let json: Value =
             serde_json::from_str(&json_text(&cases(), &json!({ "quick": true }))).expect("JSON");
         let fail = &json["rows"][1];

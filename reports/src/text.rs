@@ -45,6 +45,7 @@ pub fn write(report: &Report, style: Style) -> String {
     absent(&mut out, report, style);
     stack(&mut out, &report.stack, style);
     energy(&mut out, report.energy.as_ref(), style);
+    crate::sustained::write(&mut out, report.sustained.as_ref(), style);
     bounds(&mut out, &report.bounds, report.deciding_bound.as_deref(), style);
     buffers(&mut out, &report.buffers, style);
     let left_out: Vec<String> =

@@ -12,6 +12,7 @@ mod sampling;
 pub(crate) mod shell;
 mod stability;
 pub(crate) mod stereo;
+mod thermal;
 pub(crate) mod trace;
 pub(crate) mod verify;
 pub(crate) mod whatif;

@@ -38,7 +38,10 @@ pub(super) fn run(args: &StabilityArgs, meter: &Meter) -> anyhow::Result<Outcome
     if let Some(folder) = folder {
         let files: [(String, Vec<u8>); 4] = [
             ("stability.txt".to_owned(), text(Style::Plain).into()),
-            ("stability.md".to_owned(), format!("{}\n{footer}", table::markdown(&cases)).into()),
+            (
+                "stability.md".to_owned(),
+                format!("{}\n{footer}", table::markdown("Numerical stability", &cases)).into(),
+            ),
             ("stability.json".to_owned(), json.clone().into()),
             ("stability.csv".to_owned(), csv.clone().into()),
         ];

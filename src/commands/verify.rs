@@ -25,6 +25,7 @@ pub(crate) fn run(args: &VerifyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         VerifyWhat::Accuracy(args) => super::accuracy::run(args, meter),
         VerifyWhat::Hardware(args) => verify_hardware(args, meter),
         VerifyWhat::Stability(args) => super::stability::run(args, meter),
+        VerifyWhat::Thermal(args) => super::thermal::run(args, meter),
     }
 }
 

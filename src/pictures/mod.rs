@@ -60,12 +60,18 @@ pub(crate) fn names() -> Vec<String> {
     pictures.chain(["svg", "csv"].map(|kind| format!("{OCCUPANCY}.{kind}"))).collect()
 }
 
+/// What a frame is of, in a subtitle.
+pub(crate) fn frame(inputs: &Inputs) -> String {
+    let Inputs { scene, accel, traversal, technique, width, height, .. } = inputs;
+    let size = width.zip(*height).map_or(String::new(), |(width, height)| format!(", {width}x{height}"));
+    format!("{scene}{size}, {accel} {traversal}, {technique}")
+}
+
 /// The pictures of a frame as files, names and bytes: those that it has. A list of rays has no pixels.
 pub(crate) fn of_answer(answer: &Answer) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-    let Answer { report, replayed, reflections, occupancy } = answer;
-    let Inputs { scene, gpu, accel, traversal, technique, width, height, .. } = &report.inputs;
-    let size = width.zip(*height).map_or(String::new(), |(width, height)| format!(", {width}x{height}"));
-    let frame = format!("{scene}{size}, {accel} {traversal}, {technique}");
+    let Answer { report, replayed, reflections, occupancy, .. } = answer;
+    let Inputs { gpu, width, .. } = &report.inputs;
+    let frame = frame(&report.inputs);
     let mut files = Vec::new();
     if let (Some(maps), Some(width)) = (&replayed.maps, *width) {
         let queries = if reflections.is_some() { ", ray queries alone" } else { "" };

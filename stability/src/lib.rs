@@ -14,8 +14,10 @@ mod random;
 mod reference;
 mod shapes;
 mod structures;
+mod thermal;
 
 pub use case::{Case, Condition, Limit};
+pub use thermal::{Thermal, WorkPoint, thermal};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::Ordering;

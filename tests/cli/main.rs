@@ -18,6 +18,7 @@ mod samples;
 mod stability;
 mod stereo;
 mod support;
+mod sustained;
 mod timed;
 mod two_level;
 mod vendor;

@@ -7,6 +7,7 @@ use super::gpu_checks::{
 };
 use super::gpu_file::GpuFile;
 use super::gpu_presets::BuiltinGpu;
+use super::operating_points::{OperatingPoint, operating_points};
 use super::ray_pipeline::{RayPipeline, ray_pipeline};
 use super::ray_unit::{RayUnit, ray_unit};
 use super::reflection_technique::Reflections;
@@ -53,6 +54,8 @@ pub struct Gpu {
     pub output: Output,
     /// What its energy depends on, where that is known.
     pub energy: Option<GpuEnergy>,
+    /// Clocks that it can run at, the highest first; none where they are not known.
+    pub operating_points: Vec<OperatingPoint>,
     levels: Levels,
     tags: Vec<(String, Tag)>,
 }
@@ -374,6 +377,7 @@ impl Gpu {
                 )?,
             },
             energy: raw.energy.map(|raw| energy(&file, &raw)).transpose()?,
+            operating_points: operating_points(&file, &raw.operating_point)?,
             levels,
             tags: tags(toml_text),
         })

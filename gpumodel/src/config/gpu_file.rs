@@ -1,6 +1,7 @@
 //! A GPU description as it stands in its TOML file.
 
 use super::gpu::{CacheRole, Family, Scheduler};
+use super::operating_points::OperatingPointFile;
 use super::ray_unit::RayScheduling;
 use super::sourced::Sourced;
 use cachesim::{WriteMiss, WritePolicy};
@@ -26,6 +27,8 @@ pub(super) struct GpuFile {
     pub(super) tiler: TilerFile,
     pub(super) output: OutputFile,
     pub(super) energy: Option<EnergyFile>,
+    #[serde(default)]
+    pub(super) operating_point: Vec<OperatingPointFile>,
 }
 
 #[derive(Deserialize)]

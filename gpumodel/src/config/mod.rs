@@ -9,6 +9,7 @@ mod gpu_checks;
 mod gpu_file;
 mod gpu_presets;
 mod level_costs;
+mod operating_points;
 mod ray_pipeline;
 mod ray_unit;
 mod reflection_technique;
@@ -30,6 +31,7 @@ pub use gpu::{
     Registers, Scheduler, ShaderCores, TextureUnit, Tiler,
 };
 pub use gpu_presets::{BuiltinGpu, GPUS};
+pub use operating_points::OperatingPoint;
 pub use ray_pipeline::RayPipeline;
 pub use ray_unit::{RayScheduling, RayUnit};
 pub use reflection_technique::{HitShading, Launch, QueryOrigin, Reflections, ScreenSpace, SecondaryQuery};

@@ -136,7 +136,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// Dotted keys and tags of all figures in a text that has been read once; entries of an array of tables go by their `name`.
+/// Dotted keys and tags of all figures in a text that has been read once; entries of an array of tables go by their `name` or their `mhz`.
 pub(crate) fn tags(text: &str) -> Vec<(String, Tag)> {
     let mut found = Vec::new();
     if let Ok(table) = text.parse::<toml::Table>() {
@@ -157,8 +157,10 @@ fn walk(path: &str, value: &toml::Value, found: &mut Vec<(String, Tag)>) {
         }
         toml::Value::Array(items) => {
             for item in items {
-                let name = item.get("name").and_then(toml::Value::as_str).unwrap_or("?");
-                walk(&join(name), item, found);
+                let name = item.get("name").and_then(toml::Value::as_str);
+                let clock = item.get("mhz").and_then(|mhz| mhz.get("value"));
+                let name = name.map(str::to_owned).or_else(|| clock.map(toml::Value::to_string));
+                walk(&join(name.as_deref().unwrap_or("?")), item, found);
             }
         }
         _ => {}

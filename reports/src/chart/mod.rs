@@ -1,4 +1,5 @@
-//! Charts as SVG and as PNG, from one description: grouped bars, a matrix over two parameters, and errors against run time.
+//! Charts as SVG and as PNG, from one description: grouped bars, a matrix over two parameters, errors against run time, and
+//! figures over time.
 //!
 //! A picture grows with its content until every label has its place: nothing is cut off, and nothing covers anything else.
 //! Series are told apart by the colours of Okabe and Ito (2008), safe for the colour-blind; a matrix is coloured by
@@ -8,11 +9,13 @@ mod axis;
 mod bars;
 mod matrix;
 mod palette;
+mod time_series;
 mod work_precision;
 
 pub use bars::{BarChart, Scale, Series};
 pub use matrix::MatrixChart;
 pub(crate) use palette::{BLUE, MOST as MOST_SERIES, SKY_BLUE, VERMILION, YELLOW};
+pub use time_series::{TimePanel, TimeSeries, TimeSeriesChart};
 pub use work_precision::{PrecisionSeries, WorkPrecisionChart};
 
 use crate::error::Error;

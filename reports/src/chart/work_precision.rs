@@ -316,7 +316,7 @@ fn paint_legend(sheet: &mut Sheet, series: &[PrecisionSeries], drawn: &[Vec<(f64
 }
 
 /// A line in the colour of its series, with a border where it would be too light.
-fn paint_line(sheet: &mut Sheet, ends: [(i32, i32); 2], series: usize) {
+pub(super) fn paint_line(sheet: &mut Sheet, ends: [(i32, i32); 2], series: usize) {
     let (colour, _) = palette::colour(series);
     if ramp::lightness(colour) > LIGHT {
         sheet.line(ends, LINE + 2, INK);

@@ -106,5 +106,6 @@ pub(crate) fn report() -> Report {
         assumptions: vec!["Resources overlap perfectly.".into()],
         notes: vec![],
         forced: vec![],
+        sustained: None,
     }
 }
