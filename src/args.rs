@@ -4,9 +4,11 @@
 
 mod machine;
 mod reflections;
+mod thermal;
 
 pub(crate) use machine::MachineArgs;
 pub(crate) use reflections::ReflectionArgs;
+pub(crate) use thermal::{SustainedArgs, ThermalArgs};
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -401,19 +403,6 @@ pub(crate) struct StabilityArgs {
     pub(crate) run: RunArgs,
 }
 
-#[derive(Args, Debug)]
-pub(crate) struct ThermalArgs {
-    /// Fixed steps from a millisecond instead of a tenth of one.
-    #[arg(long)]
-    pub(crate) quick: bool,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Also write the tables, and charts of error against run time and length of step, into this folder.
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-}
-
 /// How a miss-ratio curve is made.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CurveKind {
@@ -578,19 +567,6 @@ pub(crate) struct SampleArgs {
     /// Draws another sample [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-}
-
-/// A load on a phone that warms.
-#[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Warm phone")]
-pub(crate) struct SustainedArgs {
-    /// Draw the frame again and again for that long, such as 10min, on a phone whose governor lowers the GPU's clock where it is too warm; also
-    /// replays the frame at each of these clocks.
-    #[arg(long, value_name = "TIME")]
-    pub(crate) sustained: Option<String>,
-    /// A file that describes the phone, instead of the built-in one.
-    #[arg(long, value_name = "FILE", requires = "sustained")]
-    pub(crate) phone: Option<PathBuf>,
 }
 
 #[derive(Args, Clone, Debug)]
