@@ -1,0 +1,38 @@
+//! Options of pictures that this machine's CPU renders.
+
+use super::{FrameArgs, RunArgs};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args, Debug)]
+pub(crate) struct RenderArgs {
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml.
+    pub(crate) scene: String,
+    /// The picture to write.
+    #[arg(short, long, value_name = "IMAGE.png")]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct StereoArgs {
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml.
+    pub(crate) scene: String,
+    /// The folder for the pictures: both eyes, which pixels of the right one were traced, and how far it is from one that is traced whole.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// From one eye to the other, in units of the scene [default: a thirtieth of the depth of the nearest surface].
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) interaxial: Option<f64>,
+    /// Depth at which a point has the same place in both images, in units of the scene, or inf for parallel views [default: that of
+    /// the camera's target].
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) convergence: Option<f64>,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
