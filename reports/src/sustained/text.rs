@@ -27,7 +27,13 @@ pub(crate) fn write(out: &mut String, sustained: Option<&Sustained>, style: Styl
     match sustained.throttled_after_s {
         None => line!(out, "  The clock is never lowered."),
         Some(after) => {
-            line!(out, "  The clock is lowered first after {}; {} changes.", span(after), sustained.switches);
+            let changes = if sustained.switches == 1 { "change" } else { "changes" };
+            line!(
+                out,
+                "  The clock is lowered first after {}; {} {changes}.",
+                span(after),
+                sustained.switches
+            );
         }
     }
     match sustained.outcome.as_str() {

@@ -9,7 +9,7 @@ use thermal::{
 };
 
 const TEN_MINUTES: f64 = 600.0;
-/// A load in W that trips the zones of the GPU and of the skin.
+/// A load in W that trips the zone of the GPU.
 const HEAVY: f64 = 4.0;
 
 pub(super) fn cases() -> Vec<Case> {
@@ -256,7 +256,7 @@ fn ten_minutes() -> Case {
     }
     Case::new(
         "thermal/ten-minutes",
-        "ten minutes of a load that trips both zones, with a sample each second",
+        "ten minutes of a load that trips the GPU's zone, whose sensor is read four times a second from then on, with a sample each second",
         "ms",
         Limit::AtMost(50.0),
         best,
