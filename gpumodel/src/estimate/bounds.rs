@@ -2,6 +2,7 @@
 
 use crate::config::{CacheRole, Gpu, RayUnit};
 use crate::counters::{BufferTraffic, Pass, PassCounters};
+use cachesim::MAX_LEVELS;
 
 /// The least time that one resource allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +22,8 @@ pub(super) struct Demand {
     pub(super) efu: f64,
     /// Cycles of the load/store ports / (cores x clock).
     pub(super) load_store: f64,
-    /// Lines x line size / (copies x bytes per clock x clock), by role; caches of one role add up.
-    l1: f64,
-    cluster: f64,
-    l2: f64,
-    slc: f64,
+    /// By index into [`Gpu::caches`]: lines x line size / (copies x bytes per clock x clock). 0 for a ray unit's own, which its port stands for.
+    caches: [f64; MAX_LEVELS],
     /// Bytes to and from DRAM / (peak x efficiency).
     dram: f64,
     /// Cycles of the ray units' own ports / (cores x clock).
@@ -63,10 +61,7 @@ impl Demand {
             alu: issue.alu_issued as f64 / (core_cycles * gpu.cores.alu_lanes),
             efu: issue.efu_issued as f64 / (core_cycles * gpu.cores.efu_lanes),
             load_store: issue.load_store_cycles as f64 / core_cycles,
-            l1: 0.0,
-            cluster: 0.0,
-            l2: 0.0,
-            slc: 0.0,
+            caches: [0.0; MAX_LEVELS],
             dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
             unit_port: unit_port_cycles / core_cycles,
             unit_boxes: of_unit(issue.unit_box_places, |unit| unit.boxes_per_clock),
@@ -86,15 +81,13 @@ impl Demand {
     }
 
     fn add_traffic(&mut self, traffic: &BufferTraffic, gpu: &Gpu) {
-        for (cache, served) in gpu.caches.iter().zip(traffic.levels) {
+        for (level, (cache, served)) in gpu.caches.iter().zip(traffic.levels).enumerate() {
+            if gpu.through_unit_port(&[level]) {
+                continue;
+            }
             let bytes = (served.accesses * cache.line_bytes) as f64;
             let bandwidth = f64::from(cache.copies) * cache.bytes_per_clock * gpu.clock.hz;
-            *match cache.role {
-                CacheRole::L1 => &mut self.l1,
-                CacheRole::Cluster => &mut self.cluster,
-                CacheRole::L2 => &mut self.l2,
-                CacheRole::Slc => &mut self.slc,
-            } += bytes / bandwidth;
+            self.caches[level] += bytes / bandwidth;
         }
         self.dram += (traffic.dram_read_bytes + traffic.dram_write_bytes) as f64 / dram_bandwidth(gpu);
     }
@@ -112,10 +105,7 @@ impl Demand {
                 alu,
                 efu,
                 load_store,
-                l1,
-                cluster,
-                l2,
-                slc,
+                caches,
                 dram,
                 unit_port,
                 unit_boxes,
@@ -134,10 +124,7 @@ impl Demand {
             sum.alu += alu;
             sum.efu += efu;
             sum.load_store += load_store;
-            sum.l1 += l1;
-            sum.cluster += cluster;
-            sum.l2 += l2;
-            sum.slc += slc;
+            sum.caches.iter_mut().zip(caches).for_each(|(sum, seconds)| *sum += seconds);
             sum.dram += dram;
             sum.setup += setup;
             sum.pixels += pixels;
@@ -146,16 +133,13 @@ impl Demand {
         sum
     }
 
-    /// One bound per resource, always in the same order.
-    pub(super) fn bounds(&self) -> Vec<Bound> {
+    /// One bound per resource, always in the same order. Caches of one role have the same name, and work side by side.
+    pub(super) fn bounds(&self, gpu: &Gpu) -> Vec<Bound> {
         let Self {
             alu,
             efu,
             load_store,
-            l1,
-            cluster,
-            l2,
-            slc,
+            caches,
             dram,
             unit_port,
             unit_boxes,
@@ -166,14 +150,17 @@ impl Demand {
             pixels,
             latency,
         } = *self;
-        [
-            ("ALU issue", alu),
-            ("EFU issue", efu),
-            ("load/store port", load_store),
-            ("L1 bandwidth", l1),
-            ("cluster cache bandwidth", cluster),
-            ("L2 bandwidth", l2),
-            ("SLC bandwidth", slc),
+        let of_caches = gpu.caches.iter().zip(caches).map(|(cache, seconds)| {
+            let name = match cache.role {
+                CacheRole::L1 => "L1 bandwidth",
+                CacheRole::Cluster => "cluster cache bandwidth",
+                CacheRole::L2 => "L2 bandwidth",
+                CacheRole::Slc => "SLC bandwidth",
+            };
+            (name, seconds)
+        });
+        let of_cores = [("ALU issue", alu), ("EFU issue", efu), ("load/store port", load_store)];
+        let others = [
             ("DRAM bandwidth", dram),
             ("ray unit: port", unit_port),
             ("ray unit: boxes", unit_boxes),
@@ -183,9 +170,9 @@ impl Demand {
             ("triangle setup", setup),
             ("pixel rate", pixels),
             ("latency and concurrency", latency),
-        ]
-        .map(|(name, seconds)| Bound { name, seconds })
-        .into()
+        ];
+        let all = of_cores.into_iter().chain(of_caches).chain(others);
+        all.map(|(name, seconds)| Bound { name, seconds }).collect()
     }
 }
 
@@ -217,4 +204,30 @@ fn waits(counters: &PassCounters, traffic: &BufferTraffic, path: &[usize], gpu: 
         cycles += share * (gpu.latency_cycles(path, place + 1) - gpu.latency_cycles(path, place));
     }
     issue.memory_waits as f64 * cycles / gpu.clock.hz
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::largest_by_name;
+
+    #[test]
+    fn caches_of_one_role_work_side_by_side_and_a_ray_unit_s_own_is_its_port() {
+        let gpu = Gpu::builtin("mali-g1-ultra").expect("it is built in").expect("it is valid");
+        let [load_store, own, texture] =
+            ["lsc", "rtu", "tex_l1"].map(|name| gpu.caches.iter().position(|cache| cache.name == name));
+        let mut counters = PassCounters::default();
+        for (level, accesses) in [(load_store, 500), (own, 4000), (texture, 3000)] {
+            counters.traffic.node.levels[level.expect("it has one")].accesses = accesses;
+        }
+        counters.issue.unit_port_lines = 4000;
+        let bounds = largest_by_name(Demand::of(Pass::Primary, &counters, 1, &gpu).bounds(&gpu));
+        let cycles = |name: &str| {
+            let found =
+                bounds.iter().filter(|bound| bound.name == name).map(|bound| bound.seconds * 12.0 * 1e9);
+            found.map(f64::round).collect::<Vec<_>>()
+        };
+        // A line of 64 bytes per clock in the load/store cache, four in that of textures.
+        assert_eq!((cycles("L1 bandwidth"), cycles("ray unit: port")), (vec![750.0], vec![4000.0]));
+    }
 }

@@ -287,7 +287,7 @@ mod tests {
         let phase = InPhase { counters: &counters, demand: &demand, path: &gpu.paths.ssbo, gpu: &gpu };
         let seconds = |warps: u64| {
             let window = Window { ticks: 1, turns: 1, warp_ticks: warps, ..Window::default() };
-            let largest = demand.bounds()[0];
+            let largest = demand.bounds(&gpu)[0];
             let time = PhaseTime { seconds: 0.0, largest, place: 0, stack: Vec::new(), residual: 0.0 };
             phase.contended(&[window], time).map(|time| time.seconds).map_err(|error| error.to_string())
         };

@@ -123,7 +123,8 @@ pub fn estimate(
         let PhaseTime { largest, place, .. } = time;
         for (&pass, demand) in phase.iter().zip(&of_phase) {
             deciding[pass as usize] = largest.name;
-            let share = demand.bounds().get(place).map_or(0.0, |bound| bound.seconds / largest.seconds);
+            let share =
+                demand.bounds(&config.gpu).get(place).map_or(0.0, |bound| bound.seconds / largest.seconds);
             seconds[pass as usize] = time.seconds * share;
         }
         if time.seconds > longest.0 {
@@ -157,12 +158,23 @@ pub fn estimate(
         assumptions: assumptions(replayed, header, config, energy.as_ref()),
         left_out: left_out(replayed, config, energy.as_ref()),
         forced: forced::costs(&frame, &seconds),
-        // What a frame does not use, such as a cache that the GPU does not have, bounds nothing.
         energy,
         stack,
         residual,
-        bounds: Demand::sum(&demands).bounds().into_iter().filter(|bound| bound.seconds > 0.0).collect(),
+        bounds: largest_by_name(Demand::sum(&demands).bounds(&config.gpu)),
     })
+}
+
+/// One bound of each name, the largest. What a frame does not use, such as a cache without traffic, bounds nothing.
+fn largest_by_name(bounds: Vec<Bound>) -> Vec<Bound> {
+    let mut largest: Vec<Bound> = Vec::new();
+    for bound in bounds.into_iter().filter(|bound| bound.seconds > 0.0) {
+        match largest.iter_mut().find(|other| other.name == bound.name) {
+            Some(other) => other.seconds = other.seconds.max(bound.seconds),
+            None => largest.push(bound),
+        }
+    }
+    largest
 }
 
 /// The passes that this frame has: those of its rays, and what its technique adds or does without them.

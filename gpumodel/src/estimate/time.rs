@@ -105,7 +105,7 @@ impl PhaseTime {
         record: Record<'_>,
         gpu: &Gpu,
     ) -> Result<Option<Self>, Error> {
-        let bounds = demand.bounds().into_iter().enumerate();
+        let bounds = demand.bounds(gpu).into_iter().enumerate();
         let largest = bounds.max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
         let Some((place, largest)) = largest.filter(|(_, bound)| bound.seconds > 0.0) else {
             return Ok(None);
