@@ -41,4 +41,5 @@ pub use from_estimate::SceneFacts;
 pub use report::{
     Bound, Buffer, Energy, EnergyCause, Forced, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart,
 };
+pub use units::digits;
 pub use within::{Recorded, Within};

@@ -42,7 +42,7 @@ pub(crate) fn scaled(value: &Value, unit: &str) -> Option<(String, String)> {
 }
 
 /// Four significant digits, more before the point where the number has them, without an exponent where it is readable.
-pub(crate) fn digits(number: f64) -> String {
+pub fn digits(number: f64) -> String {
     let magnitude = number.abs();
     if magnitude == 0.0 {
         return "0".to_owned();

@@ -10,15 +10,22 @@ use crate::settings::{FrameSettings, start_threads};
 use crate::shading::{Shading, srgb};
 use anyhow::bail;
 use rayon::prelude::*;
+use reports::digits;
 use reports::image::{Rgb, write_png};
 use scenes::{Camera, Feature, Vec3};
 use std::fmt::Write;
 use tracer::reflections::GBuffer;
 use tracer::stereo::{Eyes, Reprojection, Source, TraversalWork};
-use tracer::{Query, Silent};
+use tracer::{Query, Ray, Silent};
 
 /// Between the eyes, of the depth of what is nearest: a rule of thumb of stereographers.
 const INTERAXIAL: f64 = 1.0 / 30.0;
+/// Times the convergence that eyes can be apart: further, and no head is meant.
+const MOST_APART: f64 = 10.0;
+/// Part of their distance that the places of eyes may be off.
+const INEXACT: f64 = 0.01;
+/// Part of its distance from the eye that something is nearer which hides a surface: far beyond what f32 loses.
+const NEARER: f32 = 1e-4;
 /// Of pixels that are traced: yellow and blue of Okabe & Ito 2008, whom colour-blind people can tell apart.
 const MISSING: Rgb = [240, 228, 66];
 const COVERED: Rgb = [0, 114, 178];
@@ -53,7 +60,7 @@ pub(crate) fn run(args: &StereoArgs) -> anyhow::Result<Outcome> {
 
 fn eyes(args: &StereoArgs, frame: &Frame<'_>) -> anyhow::Result<Eyes> {
     let Camera { eye, target, .. } = frame.scene().camera;
-    let convergence = args.convergence.unwrap_or_else(|| f64::from(eye.distance(target)));
+    let convergence = args.convergence.unwrap_or_else(|| eye.as_dvec3().distance(target.as_dvec3()));
     if convergence.is_nan() || convergence <= 0.0 {
         bail!(
             "--convergence {convergence}: a depth in front of the eyes expected; give a number above 0, or inf"
@@ -61,13 +68,35 @@ fn eyes(args: &StereoArgs, frame: &Frame<'_>) -> anyhow::Result<Eyes> {
     }
     let interaxial = args.interaxial.unwrap_or_else(|| INTERAXIAL * nearest(frame));
     if !interaxial.is_finite() || interaxial < 0.0 {
-        let problem = match args.interaxial {
-            Some(_) => "a distance between two eyes expected",
-            None => "the camera sees no surface that would tell one",
-        };
-        bail!("--interaxial {interaxial}: {problem}; give a finite number from 0 on");
+        match args.interaxial {
+            Some(_) => bail!(
+                "--interaxial {interaxial}: a distance between two eyes expected; give a finite number from 0 on"
+            ),
+            None => bail!(
+                "{}: the camera sees no surface whose depth would tell how far apart eyes are; give --interaxial",
+                args.scene
+            ),
+        }
     }
-    Ok(Eyes { interaxial, convergence })
+    if interaxial > MOST_APART * convergence {
+        bail!(
+            "--interaxial {}: more than {MOST_APART} times the convergence of {}; give a smaller one, or a larger --convergence",
+            digits(interaxial),
+            digits(convergence)
+        );
+    }
+    // Without the sign of a zero.
+    let eyes = Eyes { interaxial: interaxial + 0.0, convergence };
+    let [left, right] = eyes.views(&frame.view()).map(|view| view.eye().as_dvec3());
+    let apart = left.distance(right);
+    if (apart - interaxial).abs() > INEXACT * interaxial {
+        bail!(
+            "--interaxial {}: where the camera is, coordinates of 32 bits put the eyes {} apart; give a larger one, or move the scene to the origin",
+            digits(interaxial),
+            digits(apart)
+        );
+    }
+    Ok(eyes)
 }
 
 /// Depth of the nearest surface that the camera between the eyes sees; infinite without one.
@@ -99,15 +128,23 @@ impl Pair {
         let [left_buffer, right_buffer] =
             views.map(|view| GBuffer::trace(&frame.structure, frame.triangles(), view, width, height));
         let reprojection = Reprojection::new(&left_buffer, &views[1]);
-        let [left, right_traced] = [&left_buffer, &right_buffer].map(|buffer| image(buffer, &shading));
+        let between = frame.view().eye();
+        let [left, right_traced] =
+            [&left_buffer, &right_buffer].map(|buffer| image(buffer, &shading, between));
         let reused = |pixel: usize| reprojection.left_pixel(pixel as u32);
         let right = (0..right_traced.len())
             .map(|pixel| reused(pixel).map_or(right_traced[pixel], |source| left[source as usize]))
             .collect();
-        let right_eye = views[1].primary_ray(0, 0).origin;
+        let right_eye = views[1].eye();
         let is_hidden = |source: u32| {
-            left_buffer.departure(source).is_some_and(|surface| {
-                frame.structure.trace(&surface.shadow_ray(right_eye), Query::Any, &mut Silent).is_hit()
+            left_buffer.position(source).is_some_and(|surface| {
+                let sight = Ray {
+                    origin: right_eye,
+                    t_min: 0.0,
+                    direction: surface - right_eye,
+                    t_max: 1.0 - NEARER,
+                };
+                frame.structure.trace(&sight, Query::Any, &mut Silent).is_hit()
             })
         };
         let hidden = (0..right_traced.len())
@@ -153,9 +190,11 @@ impl Pair {
         let pixels = self.right.len() as f64;
         let [reused, missing, covered] = self.reprojection.counts();
         let mut text = format!(
-            "{}: two eyes of {width}x{height}, {interaxial:.4} apart, converging at {convergence:.4} (units of the scene)\n\n\
+            "{}: two eyes of {width}x{height}, {} apart, converging at {} (units of the scene)\n\n\
              right image                              pixels    share\n",
-            frame.scene().name
+            frame.scene().name,
+            digits(interaxial),
+            digits(convergence),
         );
         for (what, count) in [
             ("what the left image shows", reused),
@@ -211,12 +250,12 @@ impl Pair {
     }
 }
 
-/// What an eye sees; black where that is nothing.
-fn image(buffer: &GBuffer<'_>, shading: &Shading<'_>) -> Vec<Rgb> {
+/// What an eye sees; black where that is nothing. Without lights it is lit from `between` the eyes, so that both see a surface alike.
+fn image(buffer: &GBuffer<'_>, shading: &Shading<'_>, between: Vec3) -> Vec<Rgb> {
     let colour = |pixel: u32| {
         let hit = buffer.triangle(pixel).zip(buffer.departure(pixel));
         hit.map_or(Vec3::ZERO, |(triangle, surface)| {
-            shading.colour(triangle, &surface, buffer.incoming(pixel))
+            shading.colour(triangle, &surface, surface.origin - between)
         })
     };
     (0..buffer.pixels()).into_par_iter().map(|pixel| srgb(colour(pixel))).collect()

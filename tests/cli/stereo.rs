@@ -84,6 +84,9 @@ fn eyes_that_cannot_be_are_refused_and_leave_nothing() {
             "--convergence 0: a depth in front of the eyes expected; give a number above 0, or inf",
         ),
         (["--convergence", "nan"], "--convergence NaN: a depth"),
+        (["--interaxial", "1e39"], "--interaxial 1.000e39: more than 10 times the convergence of "),
+        (["--convergence", "1e-30"], "more than 10 times the convergence of 1.000e-30; give a smaller one"),
+        (["--interaxial", "1e-7"], "coordinates of 32 bits put the eyes 0 apart; give a larger one"),
         (["--leave-out", "normals"], "a picture is shaded by the flat normal"),
     ] {
         let [option, value] = options;

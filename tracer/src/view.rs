@@ -35,15 +35,19 @@ impl View {
         Ray::new(self.eye, direction.normalize().as_vec3())
     }
 
+    /// Where the rays start.
+    pub fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
     /// The same camera moved to its right by `offset`, in units of the scene, its image plane sheared so that what lies at the depth `convergence`
     /// along the view keeps its place in the image; at an infinite one what is infinitely far does.
     pub(crate) fn moved_right(&self, offset: f64, convergence: f64) -> Self {
-        let side = self.right.normalize_or_zero() * offset;
-        Self {
-            eye: (self.eye.as_dvec3() + side).as_vec3(),
-            corner: self.corner - side / convergence,
-            ..*self
-        }
+        let to_the_right = self.right.normalize_or_zero();
+        let eye = (self.eye.as_dvec3() + to_the_right * offset).as_vec3();
+        // Where coordinates are large, f32 does not hold the eye where it should be.
+        let moved = (eye.as_dvec3() - self.eye.as_dvec3()).dot(to_the_right);
+        Self { eye, corner: self.corner - to_the_right * (moved / convergence), ..*self }
     }
 
     /// The eye, and the matrix that takes `(x, y, 1)`, in pixels from the upper left, to the direction through that point of the

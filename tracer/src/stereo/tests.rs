@@ -49,17 +49,20 @@ impl World {
     }
 
     /// Every surface a mirror, with a light above.
-    fn tracer(&self, view: View) -> FrameTracer<'_> {
-        let [width, height] = SIZE;
+    fn tracer(&self, rays: Rays) -> FrameTracer<'_> {
         let light = vec![self.camera.primary_ray(0, 0).origin + Vec3::Y];
         let identity = SceneIdentity { name: "test".to_owned(), hash: 0 };
         let options = BuildOptions::default();
-        let rays = Rays::View { view, width, height };
         let mirrors = vec![ReflectionRays::Mirror; self.triangles.len()];
         let secondary = SecondaryRays { samples: 1, reflections: Some(mirrors), ..SecondaryRays::default() };
         FrameTracer::new(&self.structure, &options, &self.triangles, identity, rays, light)
             .with_secondary(secondary)
     }
+}
+
+fn image(view: View) -> Rays {
+    let [width, height] = SIZE;
+    Rays::View { view, width, height }
 }
 
 /// A triangle that fills the view, `depth` in front of a camera that sees 90 degrees from its lower to its upper edge.
@@ -121,11 +124,25 @@ fn what_is_reused_is_seen_by_the_right_eye_but_for_few_pixels() {
 fn an_image_that_is_answered_traces_what_depends_on_the_view_alone() {
     let world = World::builtin("cornell");
     let together = Eyes { interaxial: 0.0, convergence: world.distance };
-    let eye = world.tracer(together.views(&world.camera)[1]);
+    let eye = world.tracer(image(together.views(&world.camera)[1]));
     let known = world.reprojection(together);
     let work = TraversalWork::of(&eye, Some(&known)).expect("it can be traced");
     assert!(work.reusable > 0 && work.view_dependent > 0);
     assert_eq!((work.unanswered, work.with_reuse()), (0, work.view_dependent));
     let alone = TraversalWork::of(&eye, None).expect("it can be traced");
     assert_eq!((alone.whole(), alone.with_reuse()), (work.whole(), work.whole()));
+}
+
+#[test]
+fn pixels_without_an_answer_are_those_that_are_traced() {
+    let world = World::builtin("atrium");
+    let eyes = Eyes { interaxial: world.distance / 30.0, convergence: world.distance };
+    let [_, right] = eyes.views(&world.camera);
+    let known = world.reprojection(eyes);
+    let work = TraversalWork::of(&world.tracer(image(right)), Some(&known)).expect("it can be traced");
+    let unanswered = (0..SIZE[0] * SIZE[1]).filter(|&pixel| known.left_pixel(pixel).is_none());
+    let rays = unanswered.map(|pixel| right.primary_ray(pixel % SIZE[0], pixel / SIZE[0])).collect();
+    let listed = TraversalWork::of(&world.tracer(Rays::List(rays)), None).expect("it can be traced");
+    assert!(listed.reusable > 0 && listed.reusable < work.reusable);
+    assert_eq!(work.unanswered, listed.reusable);
 }
