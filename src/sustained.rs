@@ -94,9 +94,8 @@ impl Plan {
         let mut volts = Vec::new();
         for (point, answer) in points.iter().zip(answers) {
             let energy = answer.energy.as_ref().ok_or_else(|| anyhow!("the frame's energy is not known"))?;
-            let supply = point.volts.unwrap_or_else(|| energy.prices.reference_volts());
-            loads.push(load(point, energy, supply, answer.seconds, hot)?);
-            volts.push(supply);
+            loads.push(load(point, energy, answer.seconds, hot)?);
+            volts.push(energy.prices.supply().volts());
         }
         let run = phone.simulate(&loads, &Settings::over(seconds))?;
         let section = Sustained::new(&phone, &loads, &volts, &run, seconds);
@@ -109,12 +108,12 @@ impl Plan {
 fn load(
     point: &gpumodel::OperatingPoint,
     energy: &FrameEnergy,
-    volts: f64,
     frame_s: f64,
     hot: f64,
 ) -> anyhow::Result<OperatingPoint> {
     let prices = &energy.prices;
     let leakage = prices.leakage();
+    let volts = prices.supply().volts();
     let figure = |celsius| (celsius, leakage.watts(volts, celsius));
     let law = LeakageLaw::through([figure(leakage.reference_celsius()), figure(hot)]).ok_or_else(|| {
         anyhow!(
@@ -122,12 +121,11 @@ fn load(
             leakage.reference_celsius()
         )
     })?;
-    let by_voltage = (volts / prices.reference_volts()).powi(2);
     let of = |domain| energy.of_domain(domain) / frame_s;
     Ok(OperatingPoint {
         mhz: point.hz * 1e-6,
         frames_per_second: 1.0 / frame_s,
-        gpu_watts: of(Domain::Gpu) * by_voltage + of(Domain::SystemCache),
+        gpu_watts: of(Domain::Gpu) + of(Domain::SystemCache),
         dram_watts: of(Domain::Dram),
         leakage: law,
     })

@@ -26,6 +26,12 @@ fn a_load_says_what_is_sustained_and_where_the_heat_went() {
     let points = sustained["operating_points"].as_array().expect("points");
     let fps = number(&report["counters"]["fps"]["value"]);
     assert!((number(&points[0]["fps"]) / fps - 1.0).abs() < 1e-12 && (peak / fps - 1.0).abs() < 1e-12);
+    let power: f64 = ["gpu_w", "dram_w", "leakage_w"].iter().map(|figure| number(&points[0][*figure])).sum();
+    assert!((power * 1e3 / number(&report["counters"]["power_mw"]["value"]) - 1.0).abs() < 1e-9, "{power} W");
+    assert_eq!(
+        (&points[0]["volts"], &points[0]["leakage_celsius"]),
+        (&report["energy"]["volts"], &report["energy"]["celsius"])
+    );
     assert_eq!(points.len(), 7);
     for pair in points.windows(2) {
         for figure in ["mhz", "volts", "fps", "gpu_w", "leakage_w"] {
