@@ -6,7 +6,7 @@ use crate::output::read_text;
 use crate::report::Answer;
 use crate::sample::duration;
 use anyhow::{anyhow, bail};
-use gpumodel::energy::{Domain, FrameEnergy};
+use gpumodel::energy::{Domain, EnergyPrices, FrameEnergy, Supply};
 use reports::chart::TimeSeriesChart;
 use reports::sustained::{self, Sustained};
 use thermal::{BUILTIN, LeakageLaw, OperatingPoint, Phone, Run, Settings};
@@ -89,59 +89,50 @@ impl Plan {
     /// Follows the load of frames that were replayed at each of the clocks.
     pub(crate) fn follow(self, answers: &[Answer]) -> anyhow::Result<Followed> {
         let Self { phone, seconds, points } = self;
-        let hot = phone.hottest_of_gpu();
-        let mut loads = Vec::new();
-        let mut volts = Vec::new();
-        for (point, answer) in points.iter().zip(answers) {
-            let energy = answer.energy.as_ref().ok_or_else(|| anyhow!("the frame's energy is not known"))?;
-            loads.push(load(point, energy, answer.seconds, hot)?);
-            volts.push(energy.prices.supply().volts());
-        }
+        let energies = answers.iter().map(|answer| answer.energy.as_ref()).collect::<Option<Vec<_>>>();
+        let energies = energies.ok_or_else(|| anyhow!("the frame's energy is not known"))?;
+        let frames = points.iter().zip(&energies).zip(answers);
+        let loads: Vec<_> =
+            frames.map(|((point, energy), answer)| load(point, energy, answer.seconds)).collect();
+        let volts: Vec<f64> = energies.iter().map(|energy| energy.prices.supply().volts()).collect();
         let run = phone.simulate(&loads, &Settings::over(seconds))?;
         let section = Sustained::new(&phone, &loads, &volts, &run, seconds);
-        let assumptions = assumptions(&phone, &points, hot);
+        let assumptions = assumptions(&phone, &energies[0].prices);
         Ok(Followed { section, assumptions, phone, points: loads, run })
     }
 }
 
 /// What frames one after the other take at a clock.
-fn load(
-    point: &gpumodel::OperatingPoint,
-    energy: &FrameEnergy,
-    frame_s: f64,
-    hot: f64,
-) -> anyhow::Result<OperatingPoint> {
-    let prices = &energy.prices;
-    let leakage = prices.leakage();
-    let volts = prices.supply().volts();
-    let figure = |celsius| (celsius, leakage.watts(volts, celsius));
-    let law = LeakageLaw::through([figure(leakage.reference_celsius()), figure(hot)]).ok_or_else(|| {
-        anyhow!(
-            "leakage does not grow from {} to {hot} degrees Celsius; correct temperature_scale of the energy table",
-            leakage.reference_celsius()
-        )
-    })?;
+fn load(point: &gpumodel::OperatingPoint, energy: &FrameEnergy, frame_s: f64) -> OperatingPoint {
+    let leakage = energy.prices.leakage();
+    let celsius = leakage.fitted_from_celsius();
     let of = |domain| energy.of_domain(domain) / frame_s;
-    Ok(OperatingPoint {
+    OperatingPoint {
         mhz: point.hz * 1e-6,
         frames_per_second: 1.0 / frame_s,
         gpu_watts: of(Domain::Gpu) + of(Domain::SystemCache),
         dram_watts: of(Domain::Dram),
-        leakage: law,
-    })
+        leakage: LeakageLaw {
+            watts: leakage.watts(energy.prices.supply().volts(), celsius),
+            celsius,
+            per_kelvin: leakage.growth_per_kelvin(),
+        },
+    }
 }
 
-fn assumptions(phone: &Phone, points: &[gpumodel::OperatingPoint], hot: f64) -> Vec<String> {
-    let voltage = if points.iter().all(|point| point.volts.is_some()) {
-        "at its voltage"
-    } else {
-        "at the reference voltage of its process, as the description gives none"
+fn assumptions(phone: &Phone, prices: &EnergyPrices) -> Vec<String> {
+    let voltage = match prices.supply() {
+        Supply::OperatingPoints(_) => "at its voltage",
+        Supply::Process(_) => "at the reference voltage of its process, as the description gives none",
     };
+    let leakage = prices.leakage();
     vec![
         format!(
             "Sustained: the frame is replayed at each clock {voltage}, and drawn again as soon as it is done, whatever the display shows. Dynamic energy of the \
-             GPU goes with the square of the voltage; leakage is the exponential through the energy table's figures at its reference temperature and at {hot} \
-             degrees Celsius. The CPU's part of a frame is not in it."
+             GPU goes with the square of the voltage; leakage is the exponential through the energy table's figures at {} and {} degrees Celsius, whatever the \
+             phone. The CPU's part of a frame is not in it.",
+            leakage.fitted_from_celsius(),
+            leakage.fitted_to_celsius(),
         ),
         format!(
             "Sustained: {} figures of the phone are estimates: {}.",

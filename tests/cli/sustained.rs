@@ -95,6 +95,22 @@ fn a_phone_of_paper_is_slowed_and_one_of_lead_is_not() {
 }
 
 #[test]
+fn a_trip_of_the_phone_does_not_change_what_leaks() {
+    let dir = folder();
+    let from = "celsius = { value = 95";
+    assert!(PHONE.contains(from));
+    let cooler = file(&dir, "cooler.toml", PHONE.replacen(from, "celsius = { value = 50", 1));
+    let points = |more: &[&str]| {
+        let asked = [&["--sustained", "10s", "--format", "json"], more].concat();
+        let report = profile(&asked).json();
+        let mut points = report["sustained"]["operating_points"].as_array().expect("points").clone();
+        points.iter_mut().for_each(|point| point["seconds"] = Value::Null);
+        points
+    };
+    assert_eq!(points(&[]), points(&["--phone", arg(&cooler)]));
+}
+
+#[test]
 fn what_cannot_be_followed_is_refused_with_a_remedy() {
     let dir = folder();
     let refused = |more: &[&str]| profile(more).refused();

@@ -130,19 +130,6 @@ impl Phone {
     }
 }
 
-impl Phone {
-    /// The highest temperature that the GPU is let to have, in degrees Celsius: that of its warmest trip, or of shutdown where it has none.
-    pub fn hottest_of_gpu(&self) -> f64 {
-        let of_gpu = self.zones.iter().filter(|zone| zone.sensor == self.gpu);
-        let trips = of_gpu.map(|zone| match &zone.rule {
-            Rule::StepWise(trip) => trip.celsius,
-            Rule::Monitor(caps) => caps.last().map_or(f64::NEG_INFINITY, |cap| cap.trip.celsius),
-        });
-        let warmest = trips.fold(f64::NEG_INFINITY, f64::max);
-        if warmest.is_finite() { warmest } else { self.shutdown.celsius }
-    }
-}
-
 struct Reader<'a> {
     file: File<'a>,
     names: Vec<String>,
@@ -244,8 +231,6 @@ mod tests {
         assert_eq!(phone.network.nodes()[phone.gpu].name, "gpu");
         assert!(phone.estimates.contains(&"node.gpu.heat_capacity".to_owned()));
         assert!(phone.zones.iter().all(|zone| zone.polling_passive > 0.0));
-        assert_eq!(phone.hottest_of_gpu(), 95.0);
-        assert_eq!(Phone { zones: Vec::new(), ..phone }.hottest_of_gpu(), 115.0);
     }
 
     #[test]

@@ -35,18 +35,6 @@ pub struct LeakageLaw {
     pub per_kelvin: f64,
 }
 
-impl LeakageLaw {
-    /// The law through two figures, (degrees Celsius, W); none where leakage does not grow from one to the other.
-    pub fn through([(cool, less), (warm, more)]: [(f64, f64); 2]) -> Option<Self> {
-        let per_kelvin = (more / less).ln() / (warm - cool);
-        (per_kelvin > 0.0 && per_kelvin.is_finite()).then_some(Self {
-            watts: less,
-            celsius: cool,
-            per_kelvin,
-        })
-    }
-}
-
 /// How a load is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {

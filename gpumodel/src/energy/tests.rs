@@ -228,6 +228,14 @@ fn leakage_rises_with_temperature_and_the_cube_of_the_voltage() {
     let rising: Vec<f64> = (0..=100).map(|celsius| leakage.watts(0.8, f64::from(celsius))).collect();
     assert!(rising.windows(2).all(|pair| pair[0] < pair[1]));
     assert_eq!(leakage.watts(0.8, -1e6), 0.0);
+    // The exponential law has the polynomial's figures at both ends, and stays near to it beyond them.
+    assert_eq!((leakage.fitted_from_celsius(), leakage.fitted_to_celsius()), (50.0, 95.0));
+    let law =
+        |celsius: f64| leakage.watts(0.8, 50.0) * (leakage.growth_per_kelvin() * (celsius - 50.0)).exp();
+    close(law(95.0), leakage.watts(0.8, 95.0));
+    assert!(
+        (40..=100).all(|celsius| (law(f64::from(celsius)) / rising[celsius as usize] - 1.0).abs() < 0.04)
+    );
 }
 
 #[test]
