@@ -130,7 +130,8 @@ fn assumptions(phone: &Phone, prices: &EnergyPrices) -> Vec<String> {
         format!(
             "Sustained: the frame is replayed at each clock {voltage}, and drawn again as soon as it is done, whatever the display shows. Dynamic energy of the \
              GPU goes with the square of the voltage; leakage is the exponential through the energy table's figures at {} and {} degrees Celsius, whatever the \
-             phone. The CPU's part of a frame is not in it.",
+             phone. Above these it is an extrapolation: where the GPU settles there, or that it has no balance, is a statement of this law and not of the table's \
+             polynomial. The CPU's part of a frame is not in it.",
             leakage.fitted_from_celsius(),
             leakage.fitted_to_celsius(),
         ),

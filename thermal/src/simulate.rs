@@ -93,7 +93,7 @@ pub enum Outcome {
         /// Seconds from the start.
         at: f64,
     },
-    /// At the same temperature, where leakage grew faster than heat could leave: no temperature would have ended it.
+    /// At the same temperature, where leakage grew faster than heat could leave: its exponential law has no balance, however warm.
     RanAway {
         /// Seconds from the start.
         at: f64,

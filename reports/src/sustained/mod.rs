@@ -29,7 +29,7 @@ pub struct Sustained {
     pub stability: f64,
     /// Seconds until the clock was lowered first; none where it never was.
     pub throttled_after_s: Option<f64>,
-    /// How it ended: `completed`, `shut_down`, or `ran_away` where leakage alone would have warmed the GPU without end.
+    /// How it ended: `completed`, `shut_down`, or `ran_away` where the exponential law of leakage has no balance at that clock, however warm.
     pub outcome: String,
     /// When, in seconds.
     pub ended_after_s: f64,
@@ -62,7 +62,7 @@ pub struct SustainedPoint {
     pub leakage_w: f64,
     /// Degrees Celsius of the GPU.
     pub leakage_celsius: f64,
-    /// Where the GPU would end up if nothing lowered the clock, in degrees Celsius; none where it would warm without end.
+    /// Where the GPU would end up if nothing lowered the clock, in degrees Celsius; none where the exponential law of leakage has no balance.
     pub settles_at_celsius: Option<f64>,
     /// Seconds spent at it.
     pub seconds: f64,
