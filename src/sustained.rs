@@ -13,6 +13,8 @@ use thermal::{BUILTIN, LeakageLaw, OperatingPoint, Phone, Run, Settings};
 
 /// A day: a longer load has long settled.
 const LONGEST_SECONDS: f64 = 86_400.0;
+/// Clocks that differ relatively by no more are the same but for rounding.
+const SAME_CLOCK: f64 = 1e-9;
 
 /// A phone, how long it is loaded, and the clocks of the GPU that its governor chooses from.
 pub(crate) struct Plan {
@@ -20,6 +22,8 @@ pub(crate) struct Plan {
     seconds: f64,
     /// The highest first.
     points: Vec<gpumodel::OperatingPoint>,
+    /// Clock of the profiled frame.
+    frame_hz: f64,
 }
 
 /// A load that was followed.
@@ -64,7 +68,7 @@ impl Plan {
             );
         }
         // The clock of the machine is its highest: so --set clock.mhz=500 asks for a GPU that is never faster.
-        let allowed = |point: &&gpumodel::OperatingPoint| point.hz <= gpu.clock.hz * (1.0 + 1e-9);
+        let allowed = |point: &&gpumodel::OperatingPoint| point.hz <= gpu.clock.hz * (1.0 + SAME_CLOCK);
         let points: Vec<_> = gpu.operating_points.iter().filter(allowed).copied().collect();
         if points.is_empty() {
             bail!(
@@ -73,7 +77,9 @@ impl Plan {
                 gpu.clock.hz * 1e-6
             );
         }
-        Ok(Some(Self { phone, seconds, points }))
+        // Caps are parts of the highest clock that the description has.
+        let phone = phone.with_caps_of(gpu.operating_points[0].hz / points[0].hz);
+        Ok(Some(Self { phone, seconds, points, frame_hz: gpu.clock.hz }))
     }
 
     /// The machine at each of the clocks.
@@ -88,7 +94,7 @@ impl Plan {
 
     /// Follows the load of frames that were replayed at each of the clocks.
     pub(crate) fn follow(self, answers: &[Answer]) -> anyhow::Result<Followed> {
-        let Self { phone, seconds, points } = self;
+        let Self { phone, seconds, points, frame_hz } = self;
         let energies = answers.iter().map(|answer| answer.energy.as_ref()).collect::<Option<Vec<_>>>();
         let energies = energies.ok_or_else(|| anyhow!("the frame's energy is not known"))?;
         let frames = points.iter().zip(&energies).zip(answers);
@@ -97,7 +103,15 @@ impl Plan {
         let volts: Vec<f64> = energies.iter().map(|energy| energy.prices.supply().volts()).collect();
         let run = phone.simulate(&loads, &Settings::over(seconds))?;
         let section = Sustained::new(&phone, &loads, &volts, &run, seconds);
-        let assumptions = assumptions(&phone, &energies[0].prices);
+        let mut assumptions = assumptions(&phone, &energies[0].prices);
+        let highest_hz = points[0].hz;
+        if (highest_hz / frame_hz - 1.0).abs() > SAME_CLOCK {
+            assumptions.push(format!(
+                "Sustained: the highest operating point has {} MHz, not the {} MHz of the frame whose counters are reported, so its peak is another frame rate.",
+                highest_hz * 1e-6,
+                frame_hz * 1e-6
+            ));
+        }
         Ok(Followed { section, assumptions, phone, points: loads, run })
     }
 }

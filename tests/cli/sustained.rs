@@ -138,6 +138,17 @@ fn a_lower_clock_of_the_gpu_takes_the_points_above_it_away() {
 }
 
 #[test]
+fn a_clock_between_operating_points_is_said_not_to_be_the_first_of_them() {
+    let note = "the highest operating point has";
+    let text = |clock: &str| {
+        profile(&["--sustained", "10s", "--set", clock, "--format", "json"]).json()["assumptions"].to_string()
+    };
+    let between = text("clock.mhz=400");
+    assert!(between.contains(&format!("{note} 342 MHz, not the 400 MHz")), "{between}");
+    assert!(!text("clock.mhz=342").contains(note));
+}
+
+#[test]
 fn the_temperatures_are_held_against_closed_forms() {
     let dir = folder();
     let out = dir.path().join("out");
