@@ -43,7 +43,7 @@ impl Plan {
         let seconds = duration(text).map(|duration| duration.as_secs_f64());
         let Some(seconds) = seconds.filter(|seconds| *seconds <= LONGEST_SECONDS) else {
             bail!(
-                "--sustained {text}: expected a time above 0 and up to a day with its unit, such as 10min or 90s"
+                "--sustained {text}: expected a time above 0 and up to a day (1440min) with its unit, one of ms, s and min, such as 10min or 90s"
             );
         };
         let phone = match &args.phone {
@@ -53,6 +53,8 @@ impl Plan {
                 &path.display().to_string(),
             )?,
         };
+        // What would be refused after minutes of replay is refused now.
+        phone.check(&Settings::over(seconds)).map_err(|error| anyhow!("--sustained {text}: {error}"))?;
         let gpu = &machine.config.gpu;
         if gpu.energy.is_none() {
             bail!(

@@ -116,11 +116,29 @@ fn what_cannot_be_followed_is_refused_with_a_remedy() {
     let refused = |more: &[&str]| profile(more).refused();
     assert!(refused(&["--sustained", "long"]).contains("such as 10min or 90s"));
     assert!(refused(&["--sustained", "2000min"]).contains("up to a day"));
+    for unit_is_unknown in ["24h", "1ns"] {
+        assert!(refused(&["--sustained", unit_is_unknown]).contains("one of ms, s and min"));
+    }
+    // Before the scene is looked for.
+    let figure = PHONE.lines().find(|line| line.starts_with("polling_passive_ms")).expect("a sensor");
+    let often = "polling_passive_ms = { value = 1, source = \"a test\", tag = \"estimate\" }";
+    let restless = file(&dir, "restless.toml", PHONE.replacen(figure, often, 1));
+    let asked = ["profile", "nowhere", "--sustained", "1440min", "--phone", arg(&restless)];
+    let message = raybudget(asked.iter()).refused();
+    assert!(
+        message.contains("--sustained 1440min") && message.contains("read sensors less often"),
+        "{message}"
+    );
     assert!(refused(&["--sustained", "10min", "--sample", "10%"]).contains("leave out --sample"));
     let message = refused(&["--sustained", "10min", "--gpu", "mali-g71"]);
     assert!(message.contains("mali-g71") && message.contains("[[operating_point]]"), "{message}");
     let message = refused(&["--sustained", "10min", "--set", "clock.mhz=100"]);
     assert!(message.contains("raise clock.mhz"), "{message}");
+    const GPU: &str = include_str!("../../configs/gpus/adreno-540.toml");
+    assert!(GPU.contains("\"10nm\""));
+    let gpu = file(&dir, "my-gpu.toml", GPU.replacen("\"10nm\"", "\"11nm\"", 1));
+    let message = refused(&["--gpu", arg(&gpu)]);
+    assert!(message.contains("my-gpu.toml") && message.contains("energy.process: is '11nm'"), "{message}");
     assert!(refused(&["--phone", "phone.toml"]).contains("--sustained"));
     let broken = file(&dir, "phone.toml", PHONE.replacen("[heat]", "[heat]\ncpu = \"gpu\"", 1));
     let message = refused(&["--sustained", "10min", "--phone", arg(&broken)]);
