@@ -91,7 +91,7 @@ fn a_phone_of_paper_is_slowed_and_one_of_lead_is_not() {
         report["sustained"]["stability"].as_f64().expect("a number")
     };
     assert!(stability(&paper) < 0.9, "{}", stability(&paper));
-    assert!((stability(&lead) - 1.0).abs() < 1e-9);
+    assert_eq!(stability(&lead), 1.0);
 }
 
 #[test]

@@ -108,8 +108,12 @@ impl Sustained {
     pub fn new(phone: &Phone, points: &[OperatingPoint], volts: &[f64], run: &Run, seconds: f64) -> Self {
         let (ended_after_s, outcome) = ended(run);
         let last = run.samples.last();
-        let sustained_fps = rate(run, (ended_after_s - MINUTE).max(0.0), ended_after_s);
         let peak_fps = points.first().map_or(0.0, |point| point.frames_per_second);
+        let sustained_fps = if run.switches.is_empty() {
+            peak_fps
+        } else {
+            rate(run, (ended_after_s - MINUTE).max(0.0), ended_after_s)
+        };
         let settles = |point: &OperatingPoint| match long_run(&phone.equation(point)) {
             LongRun::Settles(rises) => Some(phone.ambient_celsius + rises[phone.gpu]),
             LongRun::RunsAway => None,
