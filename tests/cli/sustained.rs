@@ -173,8 +173,9 @@ fn the_temperatures_are_held_against_closed_forms() {
     let ran = raybudget(["verify", "thermal", "--quick", "--format", "json", "-o", arg(&out)]);
     let found: Value = serde_json::from_str(&ran.stdout).expect("JSON");
     let rows = found["rows"].as_array().expect("rows");
-    let fails = rows.iter().filter(|row| row["outcome"] == "fail").count();
-    assert_eq!(ran.code, Some(i32::from(fails > 0)), "{}", ran.stderr);
+    // No limit is on a time, so this holds on any machine.
+    assert!(rows.iter().all(|row| row["outcome"] == "pass"), "{}", ran.stdout);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     for id in ["thermal/exact", "thermal/balance/governed", "thermal/chatter", "thermal/ten-minutes"] {
         assert!(rows.iter().any(|row| row["id"] == id), "{id}");
     }
