@@ -59,7 +59,9 @@ impl Machine {
             energy,
             reflections,
         } = args;
-        let (mut gpu, gpu_name, gpu_hash) = find_gpu(gpu.as_deref().unwrap_or(DEFAULT_GPU), set)?;
+        let asked = gpu.as_deref().unwrap_or(DEFAULT_GPU);
+        let gpu_file = file_of_gpu(asked);
+        let (mut gpu, gpu_name, gpu_hash) = find_gpu(asked, set)?;
         set_ray_unit(&mut gpu, ray_unit.as_deref())?;
         let mut technique = find_technique(technique.as_deref().unwrap_or(DEFAULT_TECHNIQUE))?;
         set_reflections(&mut technique, reflections)?;
@@ -104,7 +106,7 @@ impl Machine {
             }
         };
         // What the table does not know is said before a frame is traced.
-        EnergyPrices::new(&energy, &gpu)?;
+        EnergyPrices::new(&energy, &gpu).map_err(|error| in_file(error, gpu_file))?;
         let config = ReplayConfig {
             gpu,
             costs,
@@ -217,13 +219,30 @@ pub(crate) fn choice<T>(
     name.as_ref().map(find).transpose()
 }
 
+/// The file that describes a GPU.
+fn file_of_gpu(name: &str) -> String {
+    let builtin = GPUS.iter().any(|gpu| gpu.name == name);
+    if builtin { format!("configs/gpus/{name}.toml") } else { name.to_owned() }
+}
+
+/// A wrong figure of a GPU, with the file that has it.
+fn in_file(error: gpumodel::Error, file: String) -> gpumodel::Error {
+    match error {
+        gpumodel::Error::Config { line, key, problem, remedy, .. } => {
+            gpumodel::Error::Config { file, line, key, problem, remedy }
+        }
+        other => other,
+    }
+}
+
 /// A built-in name wins over a file of that name; `./adreno-540` is the file.
 fn find_gpu(name: &str, figures: &[String]) -> anyhow::Result<(Gpu, String, String)> {
     let builtin = GPUS.iter().find(|gpu| gpu.name == name);
-    let (text, file) = match builtin {
-        Some(builtin) => (builtin.toml.to_owned(), format!("configs/gpus/{name}.toml")),
-        None => (described(name)?, name.to_owned()),
+    let text = match builtin {
+        Some(builtin) => builtin.toml.to_owned(),
+        None => described(name)?,
     };
+    let file = file_of_gpu(name);
     if figures.is_empty() {
         let gpu = Gpu::parse(&text, &file)?;
         let called = gpu.name().to_owned();

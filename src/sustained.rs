@@ -6,13 +6,15 @@ use crate::output::read_text;
 use crate::report::Answer;
 use crate::sample::duration;
 use anyhow::{anyhow, bail};
-use gpumodel::energy::{Domain, FrameEnergy};
+use gpumodel::energy::{Domain, EnergyPrices, FrameEnergy, Supply};
 use reports::chart::TimeSeriesChart;
 use reports::sustained::{self, Sustained};
 use thermal::{BUILTIN, LeakageLaw, OperatingPoint, Phone, Run, Settings};
 
 /// A day: a longer load has long settled.
 const LONGEST_SECONDS: f64 = 86_400.0;
+/// Clocks that differ relatively by no more are the same but for rounding.
+const SAME_CLOCK: f64 = 1e-9;
 
 /// A phone, how long it is loaded, and the clocks of the GPU that its governor chooses from.
 pub(crate) struct Plan {
@@ -20,6 +22,8 @@ pub(crate) struct Plan {
     seconds: f64,
     /// The highest first.
     points: Vec<gpumodel::OperatingPoint>,
+    /// Clock of the profiled frame.
+    frame_hz: f64,
 }
 
 /// A load that was followed.
@@ -39,7 +43,7 @@ impl Plan {
         let seconds = duration(text).map(|duration| duration.as_secs_f64());
         let Some(seconds) = seconds.filter(|seconds| *seconds <= LONGEST_SECONDS) else {
             bail!(
-                "--sustained {text}: expected a time above 0 and up to a day with its unit, such as 10min or 90s"
+                "--sustained {text}: expected a time above 0 and up to a day (1440min) with its unit, one of ms, s and min, such as 10min or 90s"
             );
         };
         let phone = match &args.phone {
@@ -49,6 +53,8 @@ impl Plan {
                 &path.display().to_string(),
             )?,
         };
+        // What would be refused after minutes of replay is refused now.
+        phone.check(&Settings::over(seconds)).map_err(|error| anyhow!("--sustained {text}: {error}"))?;
         let gpu = &machine.config.gpu;
         if gpu.energy.is_none() {
             bail!(
@@ -64,7 +70,7 @@ impl Plan {
             );
         }
         // The clock of the machine is its highest: so --set clock.mhz=500 asks for a GPU that is never faster.
-        let allowed = |point: &&gpumodel::OperatingPoint| point.hz <= gpu.clock.hz * (1.0 + 1e-9);
+        let allowed = |point: &&gpumodel::OperatingPoint| point.hz <= gpu.clock.hz * (1.0 + SAME_CLOCK);
         let points: Vec<_> = gpu.operating_points.iter().filter(allowed).copied().collect();
         if points.is_empty() {
             bail!(
@@ -73,7 +79,9 @@ impl Plan {
                 gpu.clock.hz * 1e-6
             );
         }
-        Ok(Some(Self { phone, seconds, points }))
+        // Caps are parts of the highest clock that the description has.
+        let phone = phone.with_caps_of(gpu.operating_points[0].hz / points[0].hz);
+        Ok(Some(Self { phone, seconds, points, frame_hz: gpu.clock.hz }))
     }
 
     /// The machine at each of the clocks.
@@ -88,62 +96,60 @@ impl Plan {
 
     /// Follows the load of frames that were replayed at each of the clocks.
     pub(crate) fn follow(self, answers: &[Answer]) -> anyhow::Result<Followed> {
-        let Self { phone, seconds, points } = self;
-        let hot = phone.hottest_of_gpu();
-        let mut loads = Vec::new();
-        let mut volts = Vec::new();
-        for (point, answer) in points.iter().zip(answers) {
-            let energy = answer.energy.as_ref().ok_or_else(|| anyhow!("the frame's energy is not known"))?;
-            let supply = point.volts.unwrap_or_else(|| energy.prices.reference_volts());
-            loads.push(load(point, energy, supply, answer.seconds, hot)?);
-            volts.push(supply);
-        }
+        let Self { phone, seconds, points, frame_hz } = self;
+        let energies = answers.iter().map(|answer| answer.energy.as_ref()).collect::<Option<Vec<_>>>();
+        let energies = energies.ok_or_else(|| anyhow!("the frame's energy is not known"))?;
+        let frames = points.iter().zip(&energies).zip(answers);
+        let loads: Vec<_> =
+            frames.map(|((point, energy), answer)| load(point, energy, answer.seconds)).collect();
+        let volts: Vec<f64> = energies.iter().map(|energy| energy.prices.supply().volts()).collect();
         let run = phone.simulate(&loads, &Settings::over(seconds))?;
         let section = Sustained::new(&phone, &loads, &volts, &run, seconds);
-        let assumptions = assumptions(&phone, &points, hot);
+        let mut assumptions = assumptions(&phone, &energies[0].prices);
+        let highest_hz = points[0].hz;
+        if (highest_hz / frame_hz - 1.0).abs() > SAME_CLOCK {
+            assumptions.push(format!(
+                "Sustained: the highest operating point has {} MHz, not the {} MHz of the frame whose counters are reported, so its peak is another frame rate.",
+                highest_hz * 1e-6,
+                frame_hz * 1e-6
+            ));
+        }
         Ok(Followed { section, assumptions, phone, points: loads, run })
     }
 }
 
 /// What frames one after the other take at a clock.
-fn load(
-    point: &gpumodel::OperatingPoint,
-    energy: &FrameEnergy,
-    volts: f64,
-    frame_s: f64,
-    hot: f64,
-) -> anyhow::Result<OperatingPoint> {
-    let prices = &energy.prices;
-    let leakage = prices.leakage();
-    let figure = |celsius| (celsius, leakage.watts(volts, celsius));
-    let law = LeakageLaw::through([figure(leakage.reference_celsius()), figure(hot)]).ok_or_else(|| {
-        anyhow!(
-            "leakage does not grow from {} to {hot} degrees Celsius; correct temperature_scale of the energy table",
-            leakage.reference_celsius()
-        )
-    })?;
-    let by_voltage = (volts / prices.reference_volts()).powi(2);
+fn load(point: &gpumodel::OperatingPoint, energy: &FrameEnergy, frame_s: f64) -> OperatingPoint {
+    let leakage = energy.prices.leakage();
+    let celsius = leakage.fitted_from_celsius();
     let of = |domain| energy.of_domain(domain) / frame_s;
-    Ok(OperatingPoint {
+    OperatingPoint {
         mhz: point.hz * 1e-6,
         frames_per_second: 1.0 / frame_s,
-        gpu_watts: of(Domain::Gpu) * by_voltage + of(Domain::SystemCache),
+        gpu_watts: of(Domain::Gpu) + of(Domain::SystemCache),
         dram_watts: of(Domain::Dram),
-        leakage: law,
-    })
+        leakage: LeakageLaw {
+            watts: leakage.watts(energy.prices.supply().volts(), celsius),
+            celsius,
+            per_kelvin: leakage.growth_per_kelvin(),
+        },
+    }
 }
 
-fn assumptions(phone: &Phone, points: &[gpumodel::OperatingPoint], hot: f64) -> Vec<String> {
-    let voltage = if points.iter().all(|point| point.volts.is_some()) {
-        "at its voltage"
-    } else {
-        "at the reference voltage of its process, as the description gives none"
+fn assumptions(phone: &Phone, prices: &EnergyPrices) -> Vec<String> {
+    let voltage = match prices.supply() {
+        Supply::OperatingPoints(_) => "at its voltage",
+        Supply::Process(_) => "at the reference voltage of its process, as the description gives none",
     };
+    let leakage = prices.leakage();
     vec![
         format!(
             "Sustained: the frame is replayed at each clock {voltage}, and drawn again as soon as it is done, whatever the display shows. Dynamic energy of the \
-             GPU goes with the square of the voltage; leakage is the exponential through the energy table's figures at its reference temperature and at {hot} \
-             degrees Celsius. The CPU's part of a frame is not in it."
+             GPU goes with the square of the voltage; leakage is the exponential through the energy table's figures at {} and {} degrees Celsius, whatever the \
+             phone. Above these it is an extrapolation: where the GPU settles there, or that it has no balance, is a statement of this law and not of the table's \
+             polynomial. The CPU's part of a frame is not in it.",
+            leakage.fitted_from_celsius(),
+            leakage.fitted_to_celsius(),
         ),
         format!(
             "Sustained: {} figures of the phone are estimates: {}.",

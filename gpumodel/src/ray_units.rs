@@ -107,6 +107,27 @@ fn shaders_take_no_step_that_a_unit_takes_and_no_stack_is_in_memory() {
 }
 
 #[test]
+fn lanes_pay_for_what_they_load_themselves_and_not_for_lines_of_their_unit() {
+    // No ray hits, so nothing is shaded: only the walk loads.
+    let source = source(NodeFormat::Adreno8, &vec![ray(3, 2); 16]);
+    let loads = |scheduling| {
+        let config = config(machine(scheduling));
+        let replayed = run(&source, &config);
+        let issue = replayed.counters.pass(Pass::Primary).issue;
+        let energy = estimate(&replayed, &source.header, &source.topology, &config).expect("solvable").energy;
+        let energy = energy.expect("the GPU has a process");
+        let joules =
+            |name: &str| energy.causes.iter().find(|cause| cause.cause == name).map(|cause| cause.joules);
+        assert!(issue.line_accesses > 0);
+        (issue.lane_bytes, joules("loads and stores").is_some(), joules("ray unit: boxes").is_some())
+    };
+    assert_eq!(loads(Some(RayScheduling::Warp)), (0, false, true));
+    assert_eq!(loads(Some(RayScheduling::Ray)), (0, false, true));
+    let (bytes, paid, unit) = loads(None);
+    assert!(bytes > 0 && paid && !unit);
+}
+
+#[test]
 fn a_unit_reads_each_line_of_a_record_once() {
     for (format, lines) in [(NodeFormat::Adreno8, 1), (NodeFormat::Full4, 2), (NodeFormat::Full8, 4)] {
         let source = source(format, &vec![(vec![(Op::Node, 5)], NO_HIT); 16]);

@@ -466,10 +466,24 @@ fn wrong_energies_are_refused_with_their_key_and_line() {
         ),
         (
             "value = [32499, 20283, -238, 6]",
-            "value = [-9e9, 0, 0, 0]",
+            "value = [-9e8, 0, 0, 0]",
             "leakage.temperature_scale",
             "positive",
         ),
+        (
+            "value = [32499, 20283, -238, 6]",
+            "value = [32499, 20283, -238, 1e10]",
+            "leakage.temperature_scale",
+            "has a coefficient of 10000000000",
+        ),
+        (
+            "value = [32499, 20283, -238, 6]",
+            "value = [1e6, 0, 0, 0]",
+            "leakage.temperature_scale",
+            "positive values that grow",
+        ),
+        ("value = [50, 95]", "value = [50, 50]", "leakage.fit_celsius", "the lower first"),
+        ("value = [50, 95]", "value = [50, 151]", "leakage.fit_celsius", "-40 to 150"),
         (
             "reference_celsius = { value = 50",
             "reference_celsius = { value = 151",

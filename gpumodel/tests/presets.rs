@@ -144,7 +144,7 @@ fn every_gpu_has_energies_and_leaks_less_than_a_phone_can_cool() {
     for builtin in GPUS {
         let gpu = gpu(builtin.name);
         let prices = EnergyPrices::new(&table, &gpu).expect("the table knows it").expect("it has a process");
-        let leakage = prices.leakage().watts(prices.reference_volts(), prices.leakage().reference_celsius());
+        let leakage = prices.leakage().watts(prices.supply().volts(), prices.leakage().reference_celsius());
         assert!((0.05..2.5).contains(&leakage), "{}: {leakage} W", builtin.name);
         // A second at its peak, devices and interface.
         let memory = prices.dram().watts(gpu.dram.peak_bytes_per_second);

@@ -103,7 +103,8 @@ fn energy(energy: &FrameEnergy) -> Energy {
     });
     Energy {
         process: energy.prices.process().to_owned(),
-        volts: energy.prices.reference_volts(),
+        volts: energy.prices.supply().volts(),
+        volts_from: energy.prices.supply().origin().to_owned(),
         celsius: energy.prices.leakage().reference_celsius(),
         causes: causes.collect(),
     }

@@ -225,6 +225,8 @@ pub struct Energy {
     pub process: String,
     /// Supply voltage of the GPU at which the figures hold.
     pub volts: f64,
+    /// Where that is from: the GPU's `operating points`, or its `process` where it has none with a voltage.
+    pub volts_from: String,
     /// Temperature of the chip at which its leakage holds, in degrees Celsius.
     pub celsius: f64,
     /// What takes it; their energies add up to the frame's.

@@ -300,12 +300,14 @@ fn stack(out: &mut String, parts: &[TimePart], style: Style) {
 }
 
 fn energy(out: &mut String, energy: Option<&Energy>, style: Style) {
-    let Some(Energy { process, volts, celsius, causes }) = energy else { return };
+    let Some(Energy { process, volts, volts_from, celsius, causes }) = energy else { return };
     line!(out);
     line!(
         out,
         "{}",
-        style.bold(&format!("What the energy is made of ({process}, {volts} V, {celsius} degrees Celsius)"))
+        style.bold(&format!(
+            "What the energy is made of ({process}, {volts:.3} V of its {volts_from}, {celsius} degrees Celsius)"
+        ))
     );
     let titles = format!(
         "  {:<CAUSE_WIDTH$}{:>NUMBER_WIDTH$}    {:>8}  {:<DOMAIN_WIDTH$}{:<DOMAIN_WIDTH$}{}",

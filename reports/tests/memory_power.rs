@@ -1,7 +1,7 @@
 //! Do streams of known rates give back what was measured of memory's supplies, and are contradictory rows refused?
 
 use gpumodel::{Fidelity, Gpu};
-use reports::hardware::{Found, Kind, MEASUREMENTS, Row, parse, set_interface_rate};
+use reports::hardware::{Apart, Found, Kind, MEASUREMENTS, Row, Summary, parse, set_interface_rate};
 
 fn rows() -> Vec<Row> {
     let rows = parse(MEASUREMENTS, "measurements.toml").expect("sound");
@@ -48,6 +48,21 @@ fn rows_of_power_keep_their_limit() {
         let verdict = row.judge(Found::Value(found(&row)), &[]);
         assert!(verdict.outcome, "{}: {:?}", row.id, verdict.error);
     }
+}
+
+#[test]
+fn formulas_and_ranges_are_in_no_mean_of_errors() {
+    let rows = rows();
+    let of = |apart: Option<Apart>| rows.iter().filter(move |row| row.apart == apart);
+    assert_eq!(of(Some(Apart::Formula)).count(), 4);
+    assert!(of(Some(Apart::Range)).all(|row| row.id.ends_with("-rule")));
+    // One of each is far off, and still only measurements count.
+    let off = |row: &Row| row.judge(Found::Value(3.0 * found(row)), &[]);
+    let formula_or_range: Vec<_> = rows.iter().filter(|row| row.apart.is_some()).map(off).collect();
+    assert_eq!(Summary::new(&formula_or_range).groups, []);
+    let all: Vec<_> = rows.iter().map(|row| row.judge(Found::Value(found(row)), &[])).collect();
+    let summary = Summary::new(&all);
+    assert_eq!((summary.groups[0].rows, summary.groups[0].count, summary.count), ("all rows", 7, 13));
 }
 
 #[test]

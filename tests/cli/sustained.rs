@@ -26,6 +26,12 @@ fn a_load_says_what_is_sustained_and_where_the_heat_went() {
     let points = sustained["operating_points"].as_array().expect("points");
     let fps = number(&report["counters"]["fps"]["value"]);
     assert!((number(&points[0]["fps"]) / fps - 1.0).abs() < 1e-12 && (peak / fps - 1.0).abs() < 1e-12);
+    let power: f64 = ["gpu_w", "dram_w", "leakage_w"].iter().map(|figure| number(&points[0][*figure])).sum();
+    assert!((power * 1e3 / number(&report["counters"]["power_mw"]["value"]) - 1.0).abs() < 1e-9, "{power} W");
+    assert_eq!(
+        (&points[0]["volts"], &points[0]["leakage_celsius"]),
+        (&report["energy"]["volts"], &report["energy"]["celsius"])
+    );
     assert_eq!(points.len(), 7);
     for pair in points.windows(2) {
         for figure in ["mhz", "volts", "fps", "gpu_w", "leakage_w"] {
@@ -85,7 +91,23 @@ fn a_phone_of_paper_is_slowed_and_one_of_lead_is_not() {
         report["sustained"]["stability"].as_f64().expect("a number")
     };
     assert!(stability(&paper) < 0.9, "{}", stability(&paper));
-    assert!((stability(&lead) - 1.0).abs() < 1e-9);
+    assert_eq!(stability(&lead), 1.0);
+}
+
+#[test]
+fn a_trip_of_the_phone_does_not_change_what_leaks() {
+    let dir = folder();
+    let from = "celsius = { value = 95";
+    assert!(PHONE.contains(from));
+    let cooler = file(&dir, "cooler.toml", PHONE.replacen(from, "celsius = { value = 50", 1));
+    let points = |more: &[&str]| {
+        let asked = [&["--sustained", "10s", "--format", "json"], more].concat();
+        let report = profile(&asked).json();
+        let mut points = report["sustained"]["operating_points"].as_array().expect("points").clone();
+        points.iter_mut().for_each(|point| point["seconds"] = Value::Null);
+        points
+    };
+    assert_eq!(points(&[]), points(&["--phone", arg(&cooler)]));
 }
 
 #[test]
@@ -94,11 +116,29 @@ fn what_cannot_be_followed_is_refused_with_a_remedy() {
     let refused = |more: &[&str]| profile(more).refused();
     assert!(refused(&["--sustained", "long"]).contains("such as 10min or 90s"));
     assert!(refused(&["--sustained", "2000min"]).contains("up to a day"));
+    for unit_is_unknown in ["24h", "1ns"] {
+        assert!(refused(&["--sustained", unit_is_unknown]).contains("one of ms, s and min"));
+    }
+    // Before the scene is looked for.
+    let figure = PHONE.lines().find(|line| line.starts_with("polling_passive_ms")).expect("a sensor");
+    let often = "polling_passive_ms = { value = 1, source = \"a test\", tag = \"estimate\" }";
+    let restless = file(&dir, "restless.toml", PHONE.replacen(figure, often, 1));
+    let asked = ["profile", "nowhere", "--sustained", "1440min", "--phone", arg(&restless)];
+    let message = raybudget(asked.iter()).refused();
+    assert!(
+        message.contains("--sustained 1440min") && message.contains("read sensors less often"),
+        "{message}"
+    );
     assert!(refused(&["--sustained", "10min", "--sample", "10%"]).contains("leave out --sample"));
     let message = refused(&["--sustained", "10min", "--gpu", "mali-g71"]);
     assert!(message.contains("mali-g71") && message.contains("[[operating_point]]"), "{message}");
     let message = refused(&["--sustained", "10min", "--set", "clock.mhz=100"]);
     assert!(message.contains("raise clock.mhz"), "{message}");
+    const GPU: &str = include_str!("../../configs/gpus/adreno-540.toml");
+    assert!(GPU.contains("\"10nm\""));
+    let gpu = file(&dir, "my-gpu.toml", GPU.replacen("\"10nm\"", "\"11nm\"", 1));
+    let message = refused(&["--gpu", arg(&gpu)]);
+    assert!(message.contains("my-gpu.toml") && message.contains("energy.process: is '11nm'"), "{message}");
     assert!(refused(&["--phone", "phone.toml"]).contains("--sustained"));
     let broken = file(&dir, "phone.toml", PHONE.replacen("[heat]", "[heat]\ncpu = \"gpu\"", 1));
     let message = refused(&["--sustained", "10min", "--phone", arg(&broken)]);
@@ -116,14 +156,26 @@ fn a_lower_clock_of_the_gpu_takes_the_points_above_it_away() {
 }
 
 #[test]
+fn a_clock_between_operating_points_is_said_not_to_be_the_first_of_them() {
+    let note = "the highest operating point has";
+    let text = |clock: &str| {
+        profile(&["--sustained", "10s", "--set", clock, "--format", "json"]).json()["assumptions"].to_string()
+    };
+    let between = text("clock.mhz=400");
+    assert!(between.contains(&format!("{note} 342 MHz, not the 400 MHz")), "{between}");
+    assert!(!text("clock.mhz=342").contains(note));
+}
+
+#[test]
 fn the_temperatures_are_held_against_closed_forms() {
     let dir = folder();
     let out = dir.path().join("out");
     let ran = raybudget(["verify", "thermal", "--quick", "--format", "json", "-o", arg(&out)]);
     let found: Value = serde_json::from_str(&ran.stdout).expect("JSON");
     let rows = found["rows"].as_array().expect("rows");
-    let fails = rows.iter().filter(|row| row["outcome"] == "fail").count();
-    assert_eq!(ran.code, Some(i32::from(fails > 0)), "{}", ran.stderr);
+    // No limit is on a time, so this holds on any machine.
+    assert!(rows.iter().all(|row| row["outcome"] == "pass"), "{}", ran.stdout);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     for id in ["thermal/exact", "thermal/balance/governed", "thermal/chatter", "thermal/ten-minutes"] {
         assert!(rows.iter().any(|row| row["id"] == id), "{id}");
     }

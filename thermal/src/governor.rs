@@ -23,7 +23,7 @@ impl Trip {
 pub struct Cap {
     /// When.
     pub trip: Trip,
-    /// Highest clock then, as a part of the highest of all.
+    /// Highest clock then, as a part of the highest of all; above 1 it caps nothing.
     pub clock_share: f64,
 }
 

@@ -131,15 +131,15 @@ impl Phone {
 }
 
 impl Phone {
-    /// The highest temperature that the GPU is let to have, in degrees Celsius: that of its warmest trip, or of shutdown where it has none.
-    pub fn hottest_of_gpu(&self) -> f64 {
-        let of_gpu = self.zones.iter().filter(|zone| zone.sensor == self.gpu);
-        let trips = of_gpu.map(|zone| match &zone.rule {
-            Rule::StepWise(trip) => trip.celsius,
-            Rule::Monitor(caps) => caps.last().map_or(f64::NEG_INFINITY, |cap| cap.trip.celsius),
-        });
-        let warmest = trips.fold(f64::NEG_INFINITY, f64::max);
-        if warmest.is_finite() { warmest } else { self.shutdown.celsius }
+    /// With caps that are parts of a clock `ratio` times the highest of the operating points that it is given: those of a GPU whose highest ones are left out.
+    #[must_use]
+    pub fn with_caps_of(mut self, ratio: f64) -> Self {
+        for zone in &mut self.zones {
+            if let Rule::Monitor(caps) = &mut zone.rule {
+                caps.iter_mut().for_each(|cap| cap.clock_share *= ratio);
+            }
+        }
+        self
     }
 }
 
@@ -244,8 +244,25 @@ mod tests {
         assert_eq!(phone.network.nodes()[phone.gpu].name, "gpu");
         assert!(phone.estimates.contains(&"node.gpu.heat_capacity".to_owned()));
         assert!(phone.zones.iter().all(|zone| zone.polling_passive > 0.0));
-        assert_eq!(phone.hottest_of_gpu(), 95.0);
-        assert_eq!(Phone { zones: Vec::new(), ..phone }.hottest_of_gpu(), 115.0);
+    }
+
+    #[test]
+    fn caps_stay_at_their_clocks_where_the_highest_operating_points_are_left_out() {
+        let clocks = |phone: &Phone, highest: f64| -> Vec<f64> {
+            let of_zone = |rule: &Rule| match rule {
+                Rule::Monitor(caps) => caps.iter().map(|cap| cap.clock_share * highest).collect(),
+                Rule::StepWise(_) => Vec::new(),
+            };
+            phone.zones.iter().flat_map(|zone| of_zone(&zone.rule)).collect()
+        };
+        let phone = Phone::parse(BUILTIN, "phone.toml").expect("a phone");
+        let of_all = clocks(&phone, 710.0);
+        let of_rest = clocks(&phone.with_caps_of(710.0 / 414.0), 414.0);
+        assert!(!of_all.is_empty());
+        assert!(
+            of_all.iter().zip(&of_rest).all(|(all, rest)| (all - rest).abs() < 1e-9),
+            "{of_all:?} {of_rest:?}"
+        );
     }
 
     #[test]

@@ -35,18 +35,6 @@ pub struct LeakageLaw {
     pub per_kelvin: f64,
 }
 
-impl LeakageLaw {
-    /// The law through two figures, (degrees Celsius, W); none where leakage does not grow from one to the other.
-    pub fn through([(cool, less), (warm, more)]: [(f64, f64); 2]) -> Option<Self> {
-        let per_kelvin = (more / less).ln() / (warm - cool);
-        (per_kelvin > 0.0 && per_kelvin.is_finite()).then_some(Self {
-            watts: less,
-            celsius: cool,
-            per_kelvin,
-        })
-    }
-}
-
 /// How a load is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -105,7 +93,7 @@ pub enum Outcome {
         /// Seconds from the start.
         at: f64,
     },
-    /// At the same temperature, where leakage grew faster than heat could leave: no temperature would have ended it.
+    /// At the same temperature, where leakage grew faster than heat could leave: its exponential law has no balance, however warm.
     RanAway {
         /// Seconds from the start.
         at: f64,
@@ -168,6 +156,25 @@ impl Phone {
         HeatEquation { network: &self.network, power, leakage: Some(leakage) }
     }
 
+    /// Checks that a load can be followed so.
+    ///
+    /// # Errors
+    /// When it takes no time, or so long that its readings and samples are too many.
+    pub fn check(&self, settings: &Settings) -> Result<(), Error> {
+        let Settings { seconds, sample_seconds, .. } = *settings;
+        if !(seconds > 0.0 && seconds.is_finite() && sample_seconds > 0.0) {
+            let problem = format!("{seconds} s with a sample each {sample_seconds} s, expected more than 0");
+            return Err(Error::input("duration", problem, "give a duration such as 600"));
+        }
+        let intervals = self.zones.iter().flat_map(|zone| [zone.polling, zone.polling_passive]);
+        let shortest = intervals.filter(|interval| *interval > 0.0).fold(sample_seconds, f64::min);
+        if seconds / shortest > MOST_READINGS {
+            let problem = format!("{seconds} s with a reading or sample each {shortest} s");
+            return Err(Error::input("duration", problem, "shorten it, or read sensors less often"));
+        }
+        Ok(())
+    }
+
     /// Follows a load from a phone as warm as the air. `points` are by falling clock; the governor starts at the first.
     ///
     /// # Errors
@@ -179,16 +186,7 @@ impl Phone {
             let problem = "expected at least one, by falling clock";
             return Err(Error::input("operating points", problem, "sort them, each clock once"));
         }
-        if !(seconds > 0.0 && seconds.is_finite() && sample_seconds > 0.0) {
-            let problem = format!("{seconds} s with a sample each {sample_seconds} s, expected more than 0");
-            return Err(Error::input("duration", problem, "give a duration such as 600"));
-        }
-        let intervals = self.zones.iter().flat_map(|zone| [zone.polling, zone.polling_passive]);
-        let shortest = intervals.filter(|interval| *interval > 0.0).fold(sample_seconds, f64::min);
-        if seconds / shortest > MOST_READINGS {
-            let problem = format!("{seconds} s with a reading or sample each {shortest} s");
-            return Err(Error::input("duration", problem, "shorten it, or read sensors less often"));
-        }
+        self.check(settings)?;
         let integrator = Integrator::new(method, Steps::Tolerance(tolerance), &self.network)?;
         Simulation::new(self, points, integrator).run(seconds, sample_seconds)
     }

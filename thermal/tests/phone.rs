@@ -193,12 +193,14 @@ fn a_run_is_the_same_each_time() {
 }
 
 #[test]
-fn a_law_goes_through_its_two_figures() {
-    let law = LeakageLaw::through([(45.0, 0.1), (85.0, 0.4)]).expect("a law");
-    assert_eq!((law.watts, law.celsius), (0.1, 45.0));
-    assert!((0.1 * (40.0 * law.per_kelvin).exp() - 0.4).abs() < 1e-15);
-    assert_eq!(LeakageLaw::through([(45.0, 0.1), (85.0, 0.1)]), None);
-    assert_eq!(LeakageLaw::through([(45.0, 0.0), (85.0, 0.1)]), None);
+fn a_gpu_that_does_not_leak_is_followed() {
+    let leakage = LeakageLaw { watts: 0.0, ..law(1.0) };
+    let cool = OperatingPoint { leakage, ..points(3.0)[0] };
+    let LongRun::Settles(rises) = long_run(&phone().equation(&cool)) else { panic!("nothing runs away") };
+    let run = phone().simulate(&[cool], &Settings::over(60.0)).expect("a run");
+    let last = run.samples.last().expect("samples");
+    assert!(last.celsius[phone().gpu] > phone().ambient_celsius);
+    assert!(last.celsius[phone().gpu] < phone().ambient_celsius + rises[phone().gpu]);
 }
 
 #[test]

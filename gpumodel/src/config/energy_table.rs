@@ -16,6 +16,8 @@ const RELATIVE: RangeInclusive<f64> = 1e-6..=1e6;
 const VOLTS: RangeInclusive<f64> = 0.1..=10.0;
 /// Temperatures of a chip in degrees Celsius.
 const CELSIUS: RangeInclusive<f64> = -40.0..=150.0;
+/// Coefficients of a polynomial of the temperature, in millionths.
+const COEFFICIENT: RangeInclusive<f64> = -1e9..=1e9;
 
 /// What events take in each process, and what memory of each standard takes.
 #[derive(Clone, Debug)]
@@ -123,6 +125,8 @@ pub(crate) struct LeakageFigures {
     /// Coefficients of 1, T, T^2 and T^3, in millionths.
     pub(crate) temperature_scale: [f64; 4],
     pub(crate) reference_celsius: f64,
+    /// Two temperatures that an exponential law goes through, the lower first.
+    pub(crate) fit_celsius: [f64; 2],
     pub(crate) tag: Tag,
 }
 
@@ -196,6 +200,7 @@ struct LeakageFile {
     milliwatts_per_lane: Sourced<f64>,
     temperature_scale: Sourced<[f64; 4]>,
     reference_celsius: Sourced<f64>,
+    fit_celsius: Sourced<[f64; 2]>,
 }
 
 #[derive(Deserialize)]
@@ -301,21 +306,53 @@ fn logic_figure(
 }
 
 fn leakage(file: &File<'_>, raw: &LeakageFile) -> Result<LeakageFigures, Error> {
-    let LeakageFile { milliwatts_per_lane, temperature_scale, reference_celsius } = raw;
+    let LeakageFile { milliwatts_per_lane, temperature_scale, reference_celsius, fit_celsius } = raw;
     let key = "leakage.temperature_scale";
     let scale = *file.sourced(key, temperature_scale)?;
+    if let Some(wrong) = scale.iter().find(|coefficient| !COEFFICIENT.contains(coefficient)) {
+        let problem = format!(
+            "has a coefficient of {wrong}, expected {} to {}",
+            COEFFICIENT.start(),
+            COEFFICIENT.end()
+        );
+        return Err(file.refuse(key, &temperature_scale.value.span(), problem, "correct the coefficients"));
+    }
+    let fit = *file.sourced("leakage.fit_celsius", fit_celsius)?;
+    if !(fit.iter().all(|celsius| CELSIUS.contains(celsius)) && fit[0] < fit[1]) {
+        let problem = format!(
+            "is {fit:?}, expected two temperatures of {} to {}, the lower first",
+            CELSIUS.start(),
+            CELSIUS.end()
+        );
+        return Err(file.refuse(
+            "leakage.fit_celsius",
+            &fit_celsius.value.span(),
+            problem,
+            "correct the temperatures",
+        ));
+    }
     let figures = LeakageFigures {
         milliwatts_per_lane: file.within("leakage.milliwatts_per_lane", milliwatts_per_lane, ENERGY)?,
         temperature_scale: scale,
         reference_celsius: file.within("leakage.reference_celsius", reference_celsius, CELSIUS)?,
+        fit_celsius: fit,
         tag: milliwatts_per_lane.tag,
     };
     let at_reference = figures.scale_at(figures.reference_celsius);
-    if !(at_reference.is_finite() && at_reference > 0.0) {
+    if at_reference <= 0.0 {
         let problem = format!(
             "gives {at_reference} at leakage.reference_celsius, expected coefficients of 1, T, T^2 and T^3 with a positive sum"
         );
         return Err(file.refuse(key, &temperature_scale.value.span(), problem, "correct the coefficients"));
+    }
+    let [cool, warm] = fit.map(|celsius| figures.scale_at(celsius));
+    if !(cool > 0.0 && warm > cool) {
+        let problem = format!(
+            "gives {cool} and {warm} at the {} and {} degrees of leakage.fit_celsius, expected positive values that grow",
+            fit[0], fit[1]
+        );
+        let remedy = "correct the coefficients, or fit where leakage grows";
+        return Err(file.refuse(key, &temperature_scale.value.span(), problem, remedy));
     }
     Ok(figures)
 }

@@ -1,5 +1,6 @@
 //! Clocks that a GPU can run at, and their voltages.
 
+use super::Gpu;
 use super::sourced::{File, Sourced};
 use crate::error::Error;
 use serde::Deserialize;
@@ -11,6 +12,24 @@ pub struct OperatingPoint {
     pub hz: f64,
     /// Supply voltage, where one is given.
     pub volts: Option<f64>,
+}
+
+impl Gpu {
+    /// Supply voltage at its clock: on a straight line between the operating points on both sides, and that of the outermost one beyond them. `None` where
+    /// the description gives no voltages.
+    pub fn supply_volts(&self) -> Option<f64> {
+        let hz = self.clock.hz;
+        let slower = self.operating_points.partition_point(|point| point.hz > hz);
+        let above = slower.checked_sub(1).map(|faster| self.operating_points[faster]);
+        match (above, self.operating_points.get(slower)) {
+            (Some(above), Some(below)) => {
+                let (high, low) = (above.volts?, below.volts?);
+                Some(low + (high - low) * (hz - below.hz) / (above.hz - below.hz))
+            }
+            (Some(end), None) => end.volts,
+            (None, end) => end?.volts,
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -68,6 +87,27 @@ mod tests {
     fn parse(points: &[(f64, Option<f64>)]) -> Result<Gpu, String> {
         let points: String = points.iter().map(|&(mhz, volts)| point(mhz, volts)).collect();
         Gpu::parse(&format!("{TEXT}\n{points}"), "gpu.toml").map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_supply_lies_on_lines_between_operating_points_and_stays_beyond_them() {
+        let mut gpu = parse(&[(800.0, Some(0.9)), (600.0, Some(0.8)), (300.0, Some(0.65))]).expect("a GPU");
+        let expected = [
+            (1000.0, 0.9),
+            (800.0, 0.9),
+            (700.0, 0.85),
+            (600.0, 0.8),
+            (400.0, 0.7),
+            (300.0, 0.65),
+            (10.0, 0.65),
+        ];
+        for (mhz, volts) in expected {
+            gpu.clock.hz = mhz * 1e6;
+            let found = gpu.supply_volts().expect("it has voltages");
+            assert!((found - volts).abs() < 1e-12, "{found} V at {mhz} MHz");
+        }
+        assert_eq!(parse(&[(600.0, None), (500.0, None)]).expect("a GPU").supply_volts(), None);
+        assert_eq!(parse(&[]).expect("a GPU").supply_volts(), None);
     }
 
     #[test]

@@ -141,7 +141,7 @@ counters! {
         pub line_requests: u64,
         /// Lines touched: the distinct lines of each load and store.
         pub line_accesses: u64,
-        /// Bytes that lanes loaded and stored.
+        /// Bytes that lanes loaded and stored; lines that a ray unit fetches are not among them.
         pub lane_bytes: u64,
         /// Cycles of a core's load/store port: per load or store the larger of its lines and its bytes by the port's width.
         pub load_store_cycles: u64,

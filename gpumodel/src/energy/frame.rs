@@ -37,7 +37,7 @@ pub struct CauseEnergy {
     pub cause: String,
     /// Whose supply it comes from.
     pub domain: Domain,
-    /// Joules at the reference voltage and temperature.
+    /// Joules at the GPU's supply voltage and at the reference temperature.
     pub joules: f64,
     /// What is inside of the figure.
     pub boundary: Boundary,
@@ -61,7 +61,7 @@ pub struct FrameEnergy {
     pub causes: Vec<CauseEnergy>,
     /// By [`Pass`]; those that the frame does not have are zero.
     pub passes: [PassEnergy; Pass::COUNT],
-    /// What the events of the frame take on its GPU, and its powers by voltage, temperature and traffic.
+    /// What the events of the frame take on its GPU, the supply voltage that they hold at, and its powers by voltage, temperature and traffic.
     pub prices: EnergyPrices,
     /// Bytes read from and written to memory.
     pub dram_bytes: u64,
@@ -206,7 +206,7 @@ fn of_time(prices: &EnergyPrices, seconds: &[f64; Pass::COUNT]) -> Vec<Row> {
         joules: seconds.map(|seconds| seconds * watts),
     };
     let leakage = prices.leakage();
-    let watts = leakage.watts(prices.reference_volts(), leakage.reference_celsius());
+    let watts = leakage.watts(prices.supply().volts(), leakage.reference_celsius());
     let of_gpu = row("leakage".to_owned(), Domain::Leakage, Boundary::Gpu, leakage.tag(), watts);
     let of_rails = prices.dram().rails().iter().map(|rail| {
         let cause = format!("{}: refresh and idle", rail.name());

@@ -21,6 +21,23 @@ impl Leakage {
         self.lanes * self.figures.milliwatts_per_lane * 1e-3 * volts.powi(3) * scale
     }
 
+    /// The temperature from which on an exponential law has its figures, in degrees Celsius.
+    pub fn fitted_from_celsius(&self) -> f64 {
+        self.figures.fit_celsius[0]
+    }
+
+    /// The warmer temperature at which an exponential law has its figures, in degrees Celsius.
+    pub fn fitted_to_celsius(&self) -> f64 {
+        self.figures.fit_celsius[1]
+    }
+
+    /// Relative growth per kelvin of the exponential law through its figures at [`Self::fitted_from_celsius`] and [`Self::fitted_to_celsius`]: above zero, and
+    /// the same at any voltage.
+    pub fn growth_per_kelvin(&self) -> f64 {
+        let [cool, warm] = self.figures.fit_celsius;
+        (self.figures.scale_at(warm) / self.figures.scale_at(cool)).ln() / (warm - cool)
+    }
+
     /// The temperature that reports assume, in degrees Celsius.
     pub fn reference_celsius(&self) -> f64 {
         self.figures.reference_celsius

@@ -14,4 +14,4 @@ mod tests;
 pub use dram::{DramPower, Rail};
 pub use frame::{CauseEnergy, Domain, FrameEnergy, PassEnergy};
 pub use leakage::Leakage;
-pub use prices::{EnergyPrices, Price};
+pub use prices::{EnergyPrices, Price, Supply};

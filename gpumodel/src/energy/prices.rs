@@ -1,7 +1,7 @@
 //! What events take on one GPU.
 
 use super::{DramPower, Leakage};
-use crate::config::{Boundary, EnergyTable, Gpu, Logic, LogicFigure, Process, Tag};
+use crate::config::{Boundary, CacheRole, EnergyTable, Gpu, Logic, LogicFigure, Process, Tag};
 use crate::error::Error;
 use cachesim::DramStandard;
 
@@ -16,11 +16,41 @@ pub struct Price {
     pub joules: f64,
     /// What is inside of it.
     pub boundary: Boundary,
-    /// How far it can be trusted: an estimate where it was scaled from another process.
+    /// How far it can be trusted: an estimate where it was scaled from another process or voltage.
     pub tag: Tag,
 }
 
-/// What the events of a frame take on one GPU at its reference voltage.
+/// Supply voltage of a GPU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Supply {
+    /// That of the GPU's operating points at its clock, in volts.
+    OperatingPoints(f64),
+    /// The reference voltage of its process, as its description gives none, in volts.
+    Process(f64),
+}
+
+impl Supply {
+    fn of(gpu: &Gpu, process: &Process) -> Self {
+        gpu.supply_volts().map_or(Self::Process(process.volts), Self::OperatingPoints)
+    }
+
+    /// In volts.
+    pub fn volts(self) -> f64 {
+        match self {
+            Self::OperatingPoints(volts) | Self::Process(volts) => volts,
+        }
+    }
+
+    /// Where it is from, in reports.
+    pub fn origin(self) -> &'static str {
+        match self {
+            Self::OperatingPoints(_) => "operating points",
+            Self::Process(_) => "process",
+        }
+    }
+}
+
+/// What the events of a frame take on one GPU at its supply voltage.
 #[derive(Clone, Debug)]
 pub struct EnergyPrices {
     pub(super) logic: Logic<Price>,
@@ -31,7 +61,7 @@ pub struct EnergyPrices {
     pub(super) leakage: Leakage,
     pub(super) dram: DramPower,
     process: String,
-    volts: f64,
+    supply: Supply,
 }
 
 impl EnergyPrices {
@@ -45,18 +75,25 @@ impl EnergyPrices {
             let known: Vec<&str> = table.processes.iter().map(|process| process.name.as_str()).collect();
             return Err(unknown(table, ["energy.process", &energy.process, "[[process]]"], &known, gpu));
         };
-        let price = |figure: &LogicFigure| price(figure, &table.processes, process);
-        let logic = table.logic.map(|_, figure| Ok::<_, Error>(price(figure)))?;
-        let word = price(&table.sram_word);
+        let supply = Supply::of(gpu, process);
+        let volts = supply.volts();
+        let price = |figure: &LogicFigure, volts: f64| price(figure, &table.processes, process, volts);
+        let logic = table.logic.map(|_, figure| Ok::<_, Error>(price(figure, volts)))?;
         // Bit lines and word lines grow with the edge of an array.
-        let bytes = |bytes: u64, array: u64| Price {
+        let bytes = |word: Price, bytes: u64, array: u64| Price {
             joules: word.joules * bytes as f64 / WORD_BYTES as f64
                 * (array as f64 / SRAM_BYTES as f64).sqrt(),
             tag: if array == SRAM_BYTES { word.tag } else { Tag::Estimate },
             ..word
         };
         let levels = gpu.caches.iter().zip(gpu.levels().as_slice());
-        let lines = levels.map(|(cache, level)| bytes(cache.line_bytes, level.size.0));
+        let word = price(&table.sram_word, volts);
+        // The system cache is not on the GPU's supply.
+        let word_of_chip = price(&table.sram_word, process.volts);
+        let lines = levels.map(|(cache, level)| {
+            let word = if cache.role == CacheRole::Slc { word_of_chip } else { word };
+            bytes(word, cache.line_bytes, level.size.0)
+        });
         let DramStandard { name: standard, .. } = &gpu.dram.standard;
         let Some(dram) = table.drams.iter().find(|dram| dram.standard == *standard) else {
             let known: Vec<&str> = table.drams.iter().map(|dram| dram.standard.as_str()).collect();
@@ -65,11 +102,11 @@ impl EnergyPrices {
         Ok(Some(Self {
             logic,
             lines: lines.collect(),
-            tile_byte: bytes(1, u64::from(gpu.tiler.tile_memory_bytes)),
+            tile_byte: bytes(word, 1, u64::from(gpu.tiler.tile_memory_bytes)),
             leakage: Leakage::new(&table.leakage, f64::from(gpu.cores.count) * gpu.cores.alu_lanes),
             dram: DramPower::new(dram, &gpu.dram),
             process: process.name.clone(),
-            volts: process.volts,
+            supply,
         }))
     }
 
@@ -78,9 +115,9 @@ impl EnergyPrices {
         &self.process
     }
 
-    /// Supply voltage at which dynamic energies hold; they go with its square.
-    pub fn reference_volts(&self) -> f64 {
-        self.volts
+    /// Supply voltage of the GPU, with the square of which the dynamic energies of its events go.
+    pub fn supply(&self) -> Supply {
+        self.supply
     }
 
     /// Power of the GPU while it does nothing.
@@ -94,10 +131,13 @@ impl EnergyPrices {
     }
 }
 
-fn price(figure: &LogicFigure, processes: &[Process], process: &Process) -> Price {
+/// Of a figure in `process` at a supply of `volts`: an estimate unless it was found there.
+fn price(figure: &LogicFigure, processes: &[Process], process: &Process, volts: f64) -> Price {
     let of = &processes[figure.process];
-    let tag = if of.name == process.name { figure.tag } else { Tag::Estimate };
-    Price { joules: figure.picojoules * 1e-12 * process.energy / of.energy, boundary: figure.boundary, tag }
+    let by_voltage = (volts / process.volts).powi(2);
+    let tag = if of.name == process.name && by_voltage == 1.0 { figure.tag } else { Tag::Estimate };
+    let joules = figure.picojoules * 1e-12 * process.energy / of.energy * by_voltage;
+    Price { joules, boundary: figure.boundary, tag }
 }
 
 /// Of a key of the GPU, its value, and the tables that it should name one of.

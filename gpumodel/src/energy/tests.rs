@@ -1,6 +1,6 @@
 //! Does the energy of a frame close, scale as its supplies do, and come back by hand?
 
-use super::{Domain, EnergyPrices, FrameEnergy, PassEnergy};
+use super::{Domain, EnergyPrices, FrameEnergy, PassEnergy, Supply};
 use crate::config::{EnergyTable, Gpu};
 use crate::counters::{Pass, Value};
 use crate::estimate::{Estimate, estimate};
@@ -112,7 +112,7 @@ fn a_frame_without_work_takes_what_leaks_and_what_idle_memory_takes() {
     replayed.counters = crate::counters::FrameCounters::default();
     let energy = FrameEnergy::new(prices(&gpu), &replayed, &config(gpu.clone()), &MILLISECOND);
     let prices = prices(&gpu);
-    let leakage = prices.leakage().watts(prices.reference_volts(), prices.leakage().reference_celsius());
+    let leakage = prices.leakage().watts(prices.supply().volts(), prices.leakage().reference_celsius());
     close(energy.of_domain(Domain::Leakage), leakage * 1e-3);
     close(energy.of_domain(Domain::Dram), prices.dram().watts(0.0) * 1e-3);
     close(energy.total().joules, (leakage + prices.dram().watts(0.0)) * 1e-3);
@@ -120,7 +120,26 @@ fn a_frame_without_work_takes_what_leaks_and_what_idle_memory_takes() {
     assert_eq!(nothing.total(), PassEnergy::default());
 }
 
-/// With the figures of the file written out: 10 nm, LPDDR4X, 64 bit.
+#[test]
+fn a_lower_clock_at_a_lower_voltage_takes_less_for_the_same_events() {
+    let fast = gpu(&[]);
+    let mut slow = fast.clone();
+    slow.clock.hz = 257e6;
+    let replayed = replayed(&config(fast.clone()));
+    let [of_fast, of_slow] = [&fast, &slow]
+        .map(|gpu| FrameEnergy::new(prices(gpu), &replayed, &config(gpu.clone()), &MILLISECOND));
+    assert_eq!(of_fast.prices.supply(), Supply::OperatingPoints(0.922));
+    assert_eq!(of_slow.prices.supply(), Supply::OperatingPoints(0.62));
+    let ratio = |domain| of_slow.of_domain(domain) / of_fast.of_domain(domain);
+    close(ratio(Domain::Gpu), (0.62_f64 / 0.922).powi(2));
+    close(ratio(Domain::Leakage), (0.62_f64 / 0.922).powi(3));
+    close(ratio(Domain::Dram), 1.0);
+    let mut without = fast;
+    without.operating_points.clear();
+    assert_eq!(prices(&without).supply(), Supply::Process(0.8));
+}
+
+/// With the figures of the file written out: 10 nm at the 0.922 V of the Adreno 540 at 710 MHz, LPDDR4X, 64 bit.
 #[test]
 fn the_energy_of_counts_comes_back_by_hand() {
     let gpu = gpu(&[]);
@@ -139,10 +158,11 @@ fn the_energy_of_counts_comes_back_by_hand() {
         let found = energy.causes.iter().find(|cause| cause.cause == name);
         found.unwrap_or_else(|| panic!("no cause is called {name}: {:?}", energy.causes)).joules
     };
-    let of_45nm = 0.117 * 1e-12;
+    let by_voltage = (0.922_f64 / 0.8).powi(2);
+    let of_45nm = 0.117 * 1e-12 * by_voltage;
     close(joules("ALU operations"), 1000.0 * 2.3 * of_45nm);
     close(joules("EFU operations"), 100.0 * 12.9 * of_45nm);
-    close(joules("instructions, registers and clocks"), 2000.0 * 17.8e-12 * 0.117 / 0.124);
+    close(joules("instructions, registers and clocks"), 2000.0 * 17.8e-12 * 0.117 / 0.124 * by_voltage);
     close(joules("loads and stores"), 4096.0 * 1.25 * of_45nm);
     // 128 KiB is sixteen times 8 KiB, and a line of 64 bytes eight words.
     close(joules("cache uche"), 60.0 * 8.0 * 4.0 * 10.0 * of_45nm);
@@ -153,7 +173,7 @@ fn the_energy_of_counts_comes_back_by_hand() {
     close(joules("DRAM: refresh and idle"), 2.0 * 0.176 * 1e-3);
     let celsius: f64 = 50.0;
     let scale = (32499.0 + 20283.0 * celsius - 238.0 * celsius.powi(2) + 6.0 * celsius.powi(3)) * 1e-6;
-    close(joules("leakage"), 256.0 * 1.85e-3 * 0.8_f64.powi(3) * scale * 1e-3);
+    close(joules("leakage"), 256.0 * 1.85e-3 * 0.922_f64.powi(3) * scale * 1e-3);
     assert_eq!(energy.causes.len(), 9);
     assert_eq!(energy.dram_bytes, 8640);
 }
@@ -208,6 +228,14 @@ fn leakage_rises_with_temperature_and_the_cube_of_the_voltage() {
     let rising: Vec<f64> = (0..=100).map(|celsius| leakage.watts(0.8, f64::from(celsius))).collect();
     assert!(rising.windows(2).all(|pair| pair[0] < pair[1]));
     assert_eq!(leakage.watts(0.8, -1e6), 0.0);
+    // The exponential law has the polynomial's figures at both ends, and stays near to it beyond them.
+    assert_eq!((leakage.fitted_from_celsius(), leakage.fitted_to_celsius()), (50.0, 95.0));
+    let law =
+        |celsius: f64| leakage.watts(0.8, 50.0) * (leakage.growth_per_kelvin() * (celsius - 50.0)).exp();
+    close(law(95.0), leakage.watts(0.8, 95.0));
+    assert!(
+        (40..=100).all(|celsius| (law(f64::from(celsius)) / rising[celsius as usize] - 1.0).abs() < 0.04)
+    );
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::config::{
     has_secondary,
 };
 use crate::counters::Pass;
-use crate::energy::FrameEnergy;
+use crate::energy::{FrameEnergy, Supply};
 use crate::layout::{Instances, NodeRecords, PrimitiveOrder};
 use crate::reflections::pipeline::{Binding, Pipeline};
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
@@ -376,13 +376,19 @@ fn level_assumptions(header: &TraceHeader, config: &ReplayConfig) -> Vec<String>
 
 fn energy_assumption(energy: &FrameEnergy) -> String {
     let prices = &energy.prices;
+    let origin = match prices.supply() {
+        Supply::OperatingPoints(_) => "as its operating points have it at its clock",
+        Supply::Process(_) => {
+            "the reference voltage of the process at any clock, as its description gives no other"
+        }
+    };
     let estimated = energy.causes.iter().filter(|cause| cause.tag == Tag::Estimate).count();
     format!(
-        "Energy is that of a chip in {} at {} V and {} degrees Celsius; {estimated} of its {} causes rest on estimates. Boundaries: unit, arithmetic alone; \
+        "Energy is that of a chip in {} at {:.3} V, {origin}, and {} degrees Celsius; {estimated} of its {} causes rest on estimates. Boundaries: unit, arithmetic alone; \
          array, memory cells with their periphery; core, a shader core; GPU, all of it; DRAM rails, the devices' supplies; PHY rail, the interface's; \
          whole path, devices, interface and controller.",
         prices.process(),
-        prices.reference_volts(),
+        prices.supply().volts(),
         prices.leakage().reference_celsius(),
         energy.causes.len(),
     )

@@ -394,7 +394,10 @@ impl Part<'_> {
         self.counters.memory_instructions += repeats;
         self.counters.line_requests += lines;
         self.counters.line_accesses += repeats * lines;
-        self.counters.lane_bytes += repeats * u64::from(bytes);
+        // What a ray unit fetches goes to the unit, not to the registers of lanes.
+        if !self.by_ray_unit {
+            self.counters.lane_bytes += repeats * u64::from(bytes);
+        }
         if self.program.keeps_turns {
             self.turns.load(repeats as u32 * port_cycles);
         }

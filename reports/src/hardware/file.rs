@@ -40,6 +40,8 @@ pub struct Row {
     pub rail: Option<String>,
     /// What was found; nothing where only an order is known.
     pub published: Option<Published>,
+    /// Why the row is in no mean of errors; none where it is.
+    pub apart: Option<Apart>,
     /// Figures of the GPU's description that were derived from this row.
     #[serde(default)]
     pub inputs: Vec<String>,
@@ -67,6 +69,26 @@ pub enum Kind {
     Monotone,
     /// Power of memory.
     Power,
+}
+
+/// Why a row says nothing of how near the model is, and so is in no mean of errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Apart {
+    /// What was published is a formula that the model computes too: the row checks its implementation.
+    Formula,
+    /// What was published is a range, which is met or not at the one rate of the row: there is no error of a measurement.
+    Range,
+}
+
+impl Apart {
+    /// The reason as a sentence.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Formula => "checks the implementation of the published formula, and is in no mean",
+            Self::Range => "states a range at one rate, and is in no mean",
+        }
+    }
 }
 
 /// What is compared.

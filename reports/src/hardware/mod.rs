@@ -11,7 +11,7 @@ mod verdict;
 mod write;
 
 pub use chart::charts;
-pub use file::{Kind, MEASUREMENTS, Published, Quantity, Row, parse};
+pub use file::{Apart, Kind, MEASUREMENTS, Published, Quantity, Row, parse};
 pub use power::set_interface_rate;
 pub use summary::{Group, Summary};
 pub use verdict::{Figure, Found, RowVerdict};

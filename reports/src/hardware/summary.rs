@@ -1,4 +1,4 @@
-//! Errors over all rows, inputs apart from predictions.
+//! Errors over rows of measurements, inputs apart from predictions.
 
 use super::file::Kind;
 use super::verdict::RowVerdict;
@@ -12,7 +12,7 @@ const LIMITS: [(Kind, f64); 3] = [(Kind::Latency, 0.10), (Kind::Bandwidth, 0.20)
 pub struct Group {
     /// Of the rows.
     pub kind: Kind,
-    /// All rows, those that are inputs of their preset, or those that are not.
+    /// All rows that are not [apart](super::Apart), those of them that are inputs of their preset, or those that are not.
     pub rows: &'static str,
     /// How many.
     pub count: usize,
@@ -55,7 +55,8 @@ impl Summary {
                 ("predictions", Some(false), None),
             ] {
                 let of_kind = verdicts.iter().filter(|verdict| {
-                    verdict.kind == kind && wanted.is_none_or(|input| input != verdict.inputs.is_empty())
+                    let counts = verdict.kind == kind && verdict.apart.is_none();
+                    counts && wanted.is_none_or(|input| input != verdict.inputs.is_empty())
                 });
                 let errors: Vec<(f64, &str)> =
                     of_kind.filter_map(|verdict| Some((verdict.error?.abs(), verdict.id.as_str()))).collect();

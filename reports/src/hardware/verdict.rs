@@ -1,6 +1,6 @@
 //! A row beside what the model says.
 
-use super::file::{Kind, Published, Quantity, Row};
+use super::file::{Apart, Kind, Published, Quantity, Row};
 use super::power::memory_of;
 use gpumodel::Fidelity;
 use gpumodel::kernel::Observation;
@@ -57,6 +57,8 @@ pub struct RowVerdict {
     pub error: Option<f64>,
     /// The other rungs: name, value and error.
     pub others: Vec<(String, Figure, Option<f64>)>,
+    /// Of the row.
+    pub apart: Option<Apart>,
     /// Figures of the description that were derived from this row.
     pub inputs: Vec<String>,
     /// Where it was published.
@@ -101,6 +103,7 @@ impl Row {
             published: self.published.map(|published| self.published_figure(published)),
             error,
             others: of_others.collect(),
+            apart: self.apart,
             inputs: self.inputs.clone(),
             source: self.source.clone(),
             why: self.why.clone().unwrap_or_default(),

@@ -30,7 +30,7 @@ fn published(figure: Option<&Figure>) -> &str {
 
 /// What the row says of itself: derived figures and reasons.
 fn remarks(verdict: &RowVerdict) -> Vec<String> {
-    let mut remarks = Vec::new();
+    let mut remarks: Vec<String> = verdict.apart.iter().map(|apart| apart.reason().to_owned()).collect();
     if !verdict.inputs.is_empty() {
         remarks.push(format!("input of {}", verdict.inputs.join(", ")));
     }

@@ -29,7 +29,7 @@ pub struct Sustained {
     pub stability: f64,
     /// Seconds until the clock was lowered first; none where it never was.
     pub throttled_after_s: Option<f64>,
-    /// How it ended: `completed`, `shut_down`, or `ran_away` where leakage alone would have warmed the GPU without end.
+    /// How it ended: `completed`, `shut_down`, or `ran_away` where the exponential law of leakage has no balance at that clock, however warm.
     pub outcome: String,
     /// When, in seconds.
     pub ended_after_s: f64,
@@ -62,7 +62,7 @@ pub struct SustainedPoint {
     pub leakage_w: f64,
     /// Degrees Celsius of the GPU.
     pub leakage_celsius: f64,
-    /// Where the GPU would end up if nothing lowered the clock, in degrees Celsius; none where it would warm without end.
+    /// Where the GPU would end up if nothing lowered the clock, in degrees Celsius; none where the exponential law of leakage has no balance.
     pub settles_at_celsius: Option<f64>,
     /// Seconds spent at it.
     pub seconds: f64,
@@ -108,8 +108,12 @@ impl Sustained {
     pub fn new(phone: &Phone, points: &[OperatingPoint], volts: &[f64], run: &Run, seconds: f64) -> Self {
         let (ended_after_s, outcome) = ended(run);
         let last = run.samples.last();
-        let sustained_fps = rate(run, (ended_after_s - MINUTE).max(0.0), ended_after_s);
         let peak_fps = points.first().map_or(0.0, |point| point.frames_per_second);
+        let sustained_fps = if run.switches.is_empty() {
+            peak_fps
+        } else {
+            rate(run, (ended_after_s - MINUTE).max(0.0), ended_after_s)
+        };
         let settles = |point: &OperatingPoint| match long_run(&phone.equation(point)) {
             LongRun::Settles(rises) => Some(phone.ambient_celsius + rises[phone.gpu]),
             LongRun::RunsAway => None,

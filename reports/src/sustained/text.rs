@@ -40,7 +40,7 @@ pub(crate) fn write(out: &mut String, sustained: Option<&Sustained>, style: Styl
         "shut_down" => line!(out, "  The phone shuts down after {}.", span(sustained.ended_after_s)),
         "ran_away" => line!(
             out,
-            "  Leakage runs away, and the phone shuts down after {}: no temperature would have ended it.",
+            "  Leakage runs away, and the phone shuts down after {}: its exponential law has no balance, however warm.",
             span(sustained.ended_after_s)
         ),
         _ => {}
@@ -61,7 +61,7 @@ pub(crate) fn write(out: &mut String, sustained: Option<&Sustained>, style: Styl
     for point in &sustained.operating_points {
         let SustainedPoint { mhz, volts, fps, gpu_w, dram_w, leakage_w, settles_at_celsius, seconds, .. } =
             point;
-        let settles = settles_at_celsius.map_or("runs away".to_owned(), |celsius| format!("{celsius:.1} C"));
+        let settles = settles_at_celsius.map_or("no balance".to_owned(), |celsius| format!("{celsius:.1} C"));
         line!(
             out,
             "  {:>4} MHz  {volts:>5.3} V  {:>5} 1/s  {gpu_w:>6.3} W  {dram_w:>6.3} W  {leakage_w:>8.3} W  {settles:>16}  {:>6.1} s",
@@ -73,7 +73,7 @@ pub(crate) fn write(out: &mut String, sustained: Option<&Sustained>, style: Styl
     if let Some(first) = sustained.operating_points.first() {
         line!(
             out,
-            "  Leakage at {} degrees Celsius; settles at: the GPU, if nothing lowered the clock.",
+            "  Leakage at {} degrees Celsius; settles at: the GPU, if nothing lowered the clock, by the exponential law of leakage.",
             first.leakage_celsius
         );
     }

@@ -4,7 +4,7 @@ use crate::text::Style;
 use serde_json::{Value, json};
 use stability::{Thermal, WorkPoint};
 use std::fmt::Write;
-use thermal::Steps;
+use thermal::{Method, Steps};
 
 const COLUMNS: [&str; 6] = ["method", "steps_by", "value", "error_k", "seconds", "steps"];
 
@@ -36,7 +36,23 @@ pub fn text(thermal: &Thermal, style: Style) -> String {
         )
         .expect("a string takes every write");
     }
+    writeln!(out, "{}", fastest(thermal)).expect("a string takes every write");
     out
+}
+
+/// The methods by the least time for an error, which depends on how busy the machine is and so decides nothing.
+fn fastest(thermal: &Thermal) -> String {
+    let times = Method::ALL.map(|method| (method, thermal.least_seconds(method)));
+    let listed = times.map(|(method, seconds)| format!("{} {:.3} ms", method.name(), 1e3 * seconds));
+    let first = times.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(method, _)| *method);
+    let default = Method::default();
+    let verdict = if first == Some(default) { "is the fastest" } else { "is not the fastest" };
+    format!(
+        "Least time for an error of {} K: {}; the default, {}, {verdict} in this run.",
+        Thermal::COMPARED_AT,
+        listed.join(", "),
+        default.name()
+    )
 }
 
 /// The points as JSON; `error_k` is null where steps were too long for the method.

@@ -80,6 +80,7 @@ pub(crate) fn report() -> Report {
         energy: Some(reports::Energy {
             process: "10nm".into(),
             volts: 0.8,
+            volts_from: "process".into(),
             celsius: 50.0,
             causes: [
                 ("ALU operations", 1.5, "GPU", "unit"),

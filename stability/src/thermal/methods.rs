@@ -14,7 +14,7 @@ pub(super) fn cases(problem: &Problem, points: &[WorkPoint]) -> Vec<Case> {
     cases.extend(STIFF.map(|method| tolerance(points, method)));
     cases.extend(Method::ALL.map(|method| balance(problem, method)));
     cases.extend(STIFF.map(|method| cost(problem, method)));
-    cases.extend([scaling(problem), fastest(points)]);
+    cases.push(scaling(problem));
     cases
 }
 
@@ -180,28 +180,4 @@ fn scaling(problem: &Problem) -> Case {
         "methods that differ",
         differing.count() as u64,
     )
-}
-
-/// The default is the fastest of the methods that meet an error of 1e-3 K, by what was measured just now.
-fn fastest(points: &[WorkPoint]) -> Case {
-    const ERROR: f64 = 1e-3;
-    let quickest = |method: Method| {
-        let of_method = points.iter().filter(|point| point.method == method);
-        let good = of_method.filter(|point| point.error.is_some_and(|error| error <= ERROR));
-        good.map(|point| point.seconds).fold(f64::INFINITY, f64::min)
-    };
-    let others = Method::ALL.into_iter().filter(|&method| method != Method::default());
-    let best = others.map(quickest).fold(f64::INFINITY, f64::min);
-    let times: Vec<String> = Method::ALL
-        .iter()
-        .map(|&method| format!("{} {:.3} ms", method.name(), 1e3 * quickest(method)))
-        .collect();
-    Case::new(
-        "thermal/default",
-        "the default method meets an error of 1e-3 K in less time than any other",
-        "its time / the best other's",
-        Limit::AtMost(1.0),
-        quickest(Method::default()) / best,
-    )
-    .because(times.join(", "))
 }

@@ -246,6 +246,10 @@ fn repeatable() -> Case {
 
 fn ten_minutes() -> Case {
     let phone = builtin();
+    /// To an instant and to a crossing before it.
+    const STEPS_PER_INSTANT: f64 = 2.0;
+    // Samples, and readings of a sensor that is read all the time.
+    let instants = TEN_MINUTES * (1.0 + 4.0);
     let mut best = f64::INFINITY;
     let mut steps = 0;
     for _ in 0..5 {
@@ -257,9 +261,9 @@ fn ten_minutes() -> Case {
     Case::new(
         "thermal/ten-minutes",
         "ten minutes of a load that trips the GPU's zone, whose sensor is read four times a second from then on, with a sample each second",
-        "ms",
-        Limit::AtMost(50.0),
-        best,
+        "steps",
+        Limit::AtMost(STEPS_PER_INSTANT * instants),
+        steps as f64,
     )
-    .because(format!("{steps} steps, the best of five runs"))
+    .because(format!("{best:.2} ms, the best of five runs, which decides nothing"))
 }
