@@ -48,6 +48,15 @@ pub enum ReflectionRays {
     Glossy(f32),
 }
 
+/// A primary hit, from which other rays start.
+pub(crate) struct Surface<'a> {
+    pub(crate) hit: &'a Hit,
+    /// That of the ray that hit it, of unit length.
+    pub(crate) direction: Vec3,
+    /// Another image shows it, so that only what depends on the view is cast.
+    pub(crate) is_known: bool,
+}
+
 impl ReflectionRays {
     /// Where sample `sample` of a pixel goes, from a surface with unit `normal` that `incoming` (unit length) led to; `None` where none is
     /// cast. `points` are those of [`reflection_points`].
@@ -111,8 +120,8 @@ impl SecondaryRays {
         if self.reflections.iter().flatten().any(glossy) { self.samples } else { 1 }
     }
 
-    /// Casts the rays that follow `hit`, which `direction` (unit length) led to, into the sets of [`Self::ray_sets`]. `lines` takes the first
-    /// reflection ray, if there is one. Returns how many traversals their loop bound ended.
+    /// Casts the rays that follow a primary hit into the sets of [`Self::ray_sets`]. `lines` takes the first reflection ray, if there is one.
+    /// Returns how many traversals their loop bound ended.
     ///
     /// # Errors
     /// When the tile takes too many steps.
@@ -120,7 +129,7 @@ impl SecondaryRays {
         &self,
         scene: &Scene<'_>,
         pixel: u64,
-        (hit, direction): (&Hit, Vec3),
+        Surface { hit, direction, is_known }: Surface<'_>,
         sets: &mut [RaySet],
         lines: Option<&mut Vec<RayLine>>,
     ) -> Result<u64, Error> {
@@ -134,12 +143,14 @@ impl SecondaryRays {
         let mut caster = Caster::new(scene, sets);
         let from = scene.departure(hit, direction);
         let points = |kind: RayKind, light: usize| points(self.seed, pixel, kind, light);
+        // What does not depend on the view is known with the hit.
+        let new = |ray: Ray| (!is_known).then_some(ray);
         if let Some(SoftShadows { lights, radius }) = &self.soft_shadows {
             for sample in 0..self.samples {
                 for (light, &middle) in lights.iter().enumerate() {
                     let point = points(RayKind::SoftShadow, light).point(sample);
                     let ray = from.shadow_ray(point_of_sphere(middle, *radius, from.origin, point));
-                    caster.cast(Some(ray), scene.shadow_query)?;
+                    caster.cast(new(ray), scene.shadow_query)?;
                 }
             }
         }
@@ -162,14 +173,14 @@ impl SecondaryRays {
             for sample in 0..self.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
                 let ray = Ray { t_max: radius, ..from.ray(direction) };
-                caster.cast(Some(ray), Query::Any)?;
+                caster.cast(new(ray), Query::Any)?;
             }
         }
         if self.diffuse {
             let points = points(RayKind::Diffuse, 0);
             for sample in 0..self.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
-                caster.cast_and_light(Some(from.ray(direction)), &self.lights)?;
+                caster.cast_and_light(new(from.ray(direction)), &self.lights)?;
             }
         }
         Ok(caster.stalls())
@@ -254,8 +265,8 @@ mod tests {
             let primary = view.primary_ray(pixel % 20, pixel / 20);
             let hit = brute_force(&triangles, &primary);
             let mut sets = vec![RaySet::default(); rays.ray_sets().len()];
-            rays.cast(&scene, u64::from(pixel), (&hit, primary.direction), &mut sets, None)
-                .expect("few steps");
+            let surface = Surface { hit: &hit, direction: primary.direction, is_known: false };
+            rays.cast(&scene, u64::from(pixel), surface, &mut sets, None).expect("few steps");
             let mut expected = Expected { triangles: &triangles, offset, answers: Vec::new() };
             if hit.is_hit() {
                 let from = scene.departure(&hit, primary.direction);

@@ -4,10 +4,11 @@ use crate::accel::{AccelerationStructure, BuildOptions};
 use crate::bvh::restart_trail::TrailBits;
 use crate::caster::Scene;
 use crate::error::Error;
+use crate::observe::Silent;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, Query, Ray};
 use crate::ray_set::RaySetId;
-use crate::secondary::SecondaryRays;
+use crate::secondary::{SecondaryRays, Surface};
 use crate::topology::Topology;
 use crate::trace::{
     Forced, Frame, Recorder, ReflectionRecord, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader,
@@ -28,22 +29,59 @@ pub enum Rays {
         /// Rows.
         height: u32,
     },
+    /// Of some pixels of a camera's image, in an order.
+    Pixels {
+        /// The camera.
+        view: View,
+        /// Pixels of the image per row.
+        width: u32,
+        /// The pixels, by their numbers in rows from the top left.
+        pixels: Vec<u32>,
+        /// Of so many, the first ones, all rays are traced; of the others, whose hits another image shows, those alone that
+        /// depend on the view ([`RayKind::depends_on_view`](crate::RayKind::depends_on_view)).
+        whole: u32,
+    },
     /// Given one by one.
     List(Vec<Ray>),
+}
+
+/// A primary ray to trace.
+struct PrimaryRay {
+    /// Of its pixel, in rows of the image; of its place in a list of rays.
+    number: u64,
+    ray: Ray,
+    /// What it hits, another image shows.
+    is_known: bool,
 }
 
 impl Rays {
     fn frame(&self) -> Frame {
         match self {
             Rays::View { width, height, .. } => Frame::Image { width: *width, height: *height },
+            Rays::Pixels { pixels, .. } => Frame::List { rays: pixels.len() as u32 },
             Rays::List(rays) => Frame::List { rays: rays.len() as u32 },
+        }
+    }
+
+    fn ray(&self, x: u32, y: u32) -> PrimaryRay {
+        match self {
+            Rays::View { view, width, .. } => {
+                let number = u64::from(y) * u64::from(*width) + u64::from(x);
+                PrimaryRay { number, ray: view.primary_ray(x, y), is_known: false }
+            }
+            Rays::Pixels { view, width, pixels, whole } => {
+                let pixel = pixels[x as usize];
+                let ray = view.primary_ray(pixel % width, pixel / width);
+                PrimaryRay { number: u64::from(pixel), ray, is_known: x >= *whole }
+            }
+            Rays::List(rays) => PrimaryRay { number: u64::from(x), ray: rays[x as usize], is_known: false },
         }
     }
 
     fn raster<'a>(&self, triangles: &'a [Triangle]) -> Option<Raster<'a>> {
         match self {
             Rays::View { view, width, height } => Some(Raster::new(triangles, view, *width, *height)),
-            Rays::List(_) => None,
+            Rays::Pixels { .. } | Rays::List(_) => None,
         }
     }
 }
@@ -225,19 +263,20 @@ impl<'a> FrameTracer<'a> {
         let every = |start: u32, length: u32| (start..start + length).step_by(stride as usize);
         for y in every(rect.y, rect.height) {
             for x in every(rect.x, rect.width) {
-                let (number, ray) = match &self.rays {
-                    Rays::View { view, width, .. } => {
-                        (u64::from(y) * u64::from(*width) + u64::from(x), view.primary_ray(x, y))
-                    }
-                    Rays::List(rays) => (u64::from(x), rays[x as usize]),
+                let PrimaryRay { number, ray, is_known } = self.rays.ray(x, y);
+                let hit = if is_known {
+                    primary_set.skip_ray();
+                    structure.trace(&ray, Query::Closest, &mut Silent)
+                } else {
+                    let mut recorder = Recorder::new(primary_set);
+                    let hit = structure.trace(&ray, Query::Closest, &mut recorder);
+                    stalls += recorder.stalls();
+                    primary_set.end_ray(hit.primitive)?;
+                    hit
                 };
-                let mut recorder = Recorder::new(primary_set);
-                let hit = structure.trace(&ray, Query::Closest, &mut recorder);
-                stalls += recorder.stalls();
-                primary_set.end_ray(hit.primitive)?;
                 primary_hit(number, &hit);
                 for (set, &light) in shadow_sets.iter_mut().zip(&self.lights) {
-                    if !hit.is_hit() {
+                    if is_known || !hit.is_hit() {
                         set.skip_ray();
                         continue;
                     }
@@ -249,8 +288,8 @@ impl<'a> FrameTracer<'a> {
                     set.end_ray(occluder.primitive)?;
                 }
                 let lines = lines.as_deref_mut();
-                stalls +=
-                    self.secondary.cast(&self.scene, number, (&hit, ray.direction), secondary_sets, lines)?;
+                let from = Surface { hit: &hit, direction: ray.direction, is_known };
+                stalls += self.secondary.cast(&self.scene, number, from, secondary_sets, lines)?;
             }
         }
         Ok(stalls)

@@ -149,6 +149,14 @@ counters! {
         pub unit_port_lines: u64,
         /// Bytes of tile memory written out to DRAM: the colour, and attachments that leave the tile.
         pub output_bytes: u64,
+        /// Bytes that kernels load from and store to the GPU's internal memory.
+        pub internal_bytes: u64,
+        /// Bytes that DMA writes from internal memory to DRAM.
+        pub dma_write_bytes: u64,
+        /// Bytes that DMA reads from DRAM into internal memory.
+        pub dma_read_bytes: u64,
+        /// Transfers by which it reads them.
+        pub dma_reads: u64,
         /// Vertices fetched and transformed.
         pub vertices: u64,
         /// Triangles that went through triangle setup.
@@ -331,46 +339,51 @@ pub enum Pass {
     Binning = 0,
     /// Rasterising the geometry, bin by bin.
     Geometry = 1,
+    /// Finding which pixels of the right eye's image the left one answers.
+    ErrorDetection = 2,
     /// Making and tracing primary rays.
-    Primary = 2,
+    Primary = 3,
     /// Making and tracing shadow rays.
-    Shadow = 3,
+    Shadow = 4,
     /// Making and tracing rays to points of lights.
-    SoftShadow = 4,
+    SoftShadow = 5,
     /// Marching reflection rays through the depth buffer, and listing those that are left.
-    ScreenSpace = 5,
+    ScreenSpace = 6,
     /// Making and tracing reflection rays, and shading what they hit where no pass of its own does.
-    Reflection = 6,
+    Reflection = 7,
     /// Counting the hits of each material.
-    BucketCount = 7,
+    BucketCount = 8,
     /// Finding where the hits of each material begin.
-    BucketOffset = 8,
+    BucketOffset = 9,
     /// Listing hits by material.
-    BucketCopy = 9,
+    BucketCopy = 10,
     /// Shading hits material by material.
-    HitShading = 10,
+    HitShading = 11,
     /// Making and tracing shadow rays from what reflection rays hit.
-    ReflectionShadow = 11,
+    ReflectionShadow = 12,
     /// Making and tracing rays of ambient occlusion.
-    AmbientOcclusion = 12,
+    AmbientOcclusion = 13,
     /// Making and tracing diffuse rays, and shading what they hit.
-    Diffuse = 13,
+    Diffuse = 14,
     /// Making and tracing shadow rays from what those hit.
-    DiffuseShadow = 14,
-    /// Shading primary hits and writing the colour.
-    Output = 15,
+    DiffuseShadow = 15,
+    /// Shading primary hits, those that another eye's image answers among them, and writing the colour.
+    Output = 16,
+    /// Finding where the right eye sees what the left one has hit.
+    Reprojection = 17,
     /// Drawing the image of a compute pass onto the screen.
-    Present = 16,
+    Present = 18,
 }
 
 impl Pass {
     /// Number of passes.
-    pub const COUNT: usize = 17;
+    pub const COUNT: usize = 19;
 
     /// All passes, in the order in which the GPU runs them.
     pub const ALL: [Self; Self::COUNT] = [
         Self::Binning,
         Self::Geometry,
+        Self::ErrorDetection,
         Self::Primary,
         Self::Shadow,
         Self::SoftShadow,
@@ -385,6 +398,7 @@ impl Pass {
         Self::Diffuse,
         Self::DiffuseShadow,
         Self::Output,
+        Self::Reprojection,
         Self::Present,
     ];
 
@@ -420,12 +434,14 @@ impl Pass {
             | Self::DiffuseShadow => true,
             Self::Binning
             | Self::Geometry
+            | Self::ErrorDetection
             | Self::ScreenSpace
             | Self::BucketCount
             | Self::BucketOffset
             | Self::BucketCopy
             | Self::HitShading
             | Self::Output
+            | Self::Reprojection
             | Self::Present => false,
         }
     }
@@ -435,6 +451,7 @@ impl Pass {
         match self {
             Self::Binning => "binning",
             Self::Geometry => "geometry",
+            Self::ErrorDetection => "reprojection errors",
             Self::Primary => "primary rays",
             Self::Shadow => "shadow rays",
             Self::SoftShadow => "soft shadow rays",
@@ -449,6 +466,7 @@ impl Pass {
             Self::Diffuse => "diffuse rays",
             Self::DiffuseShadow => "diffuse shadow rays",
             Self::Output => "output",
+            Self::Reprojection => "reprojection",
             Self::Present => "present",
         }
     }

@@ -113,7 +113,7 @@ impl Route {
     /// A kind of buffer that takes this way.
     fn kind(self) -> BufferKind {
         match self {
-            Self::Buffer => BufferKind::Node,
+            Self::Buffer => BufferKind::Record,
             Self::Texture => BufferKind::Image,
         }
     }

@@ -78,8 +78,7 @@ impl Run {
     const REPEATS: u32 = 0x1F;
     const KEY_SHIFT: u32 = 12;
     /// Kinds that are written: their classes are the last ones, those of reads the numbers of the kinds.
-    const WRITTEN: [BufferKind; 4] =
-        [BufferKind::Node, BufferKind::Stack, BufferKind::Image, BufferKind::Record];
+    const WRITTEN: [BufferKind; 3] = [BufferKind::Stack, BufferKind::Image, BufferKind::Record];
     const FIRST_WRITTEN: u32 = BufferKind::ALL.len() as u32;
     /// Classes of each pass.
     const CLASSES: u32 = Self::FIRST_WRITTEN + Self::WRITTEN.len() as u32;
@@ -107,10 +106,9 @@ impl Run {
     fn class(kind: BufferKind, write: bool) -> u32 {
         match (kind, write) {
             (kind, false) => kind as u32,
-            (BufferKind::Node, true) => Self::FIRST_WRITTEN,
-            (BufferKind::Stack, true) => Self::FIRST_WRITTEN + 1,
-            (BufferKind::Image, true) => Self::FIRST_WRITTEN + 2,
-            (BufferKind::Record, true) => Self::FIRST_WRITTEN + 3,
+            (BufferKind::Stack, true) => Self::FIRST_WRITTEN,
+            (BufferKind::Image, true) => Self::FIRST_WRITTEN + 1,
+            (BufferKind::Record, true) => Self::FIRST_WRITTEN + 2,
             (_, true) => unreachable!("no warp writes {kind:?}"),
         }
     }

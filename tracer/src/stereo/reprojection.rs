@@ -1,24 +1,30 @@
 //! The left image, as the right eye sees it.
 
-use super::row::{Sample, Source, sources};
+use super::row::{Row, Sample, Source, row};
 use crate::reflections::{GBuffer, Projection};
 use crate::view::View;
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 
 /// Where each pixel of the right image comes from. Pixels are numbered in rows from the top left.
 ///
-/// Memory: 8 bytes of each pixel, and those of two rows for each thread.
+/// Memory: 10 bytes of each pixel, and 26 of each pixel of a row for each thread.
 pub struct Reprojection {
     width: u32,
     sources: Vec<Source>,
+    tests: Vec<u16>,
+    shifts: RangeInclusive<i32>,
 }
+
+/// Of no pixel that lands in the image.
+const NO_SHIFTS: (i32, i32) = (i32::MAX, i32::MIN);
 
 impl Reprojection {
     /// Reprojects what `left` shows into the image of `right`, an eye beside it ([`Eyes`](super::Eyes)), in parallel.
     pub fn new(left: &GBuffer<'_>, right: &View) -> Self {
         let [width, height] = left.size();
         let projection = Projection::new(right);
-        let row = |y: u32| {
+        let of_row = |y: u32| {
             let sample = |x: u32| {
                 let (pixel, inverse_depth) = match left.position(y * width + x) {
                     Some(position) => {
@@ -29,10 +35,19 @@ impl Reprojection {
                 };
                 Sample { x: projection.pixel(pixel).x, inverse_depth }
             };
-            sources(&(0..width).map(sample).collect::<Vec<_>>())
+            let samples: Vec<Sample> = (0..width).map(sample).collect();
+            (row(&samples), shifts(&samples))
         };
-        let sources = (0..height).into_par_iter().flat_map_iter(row).collect();
-        Self { width, sources }
+        let rows: Vec<(Row, (i32, i32))> = (0..height).into_par_iter().map(of_row).collect();
+        let (low, high) =
+            rows.iter().fold(NO_SHIFTS, |(low, high), (_, shifts)| (low.min(shifts.0), high.max(shifts.1)));
+        let mut sources = Vec::with_capacity(width as usize * height as usize);
+        let mut tests = Vec::with_capacity(sources.capacity());
+        for (row, _) in rows {
+            sources.extend(row.sources);
+            tests.extend(row.tests);
+        }
+        Self { width, sources, tests, shifts: low..=high }
     }
 
     /// By pixel.
@@ -51,6 +66,21 @@ impl Reprojection {
         }
     }
 
+    /// By pixel of the left image: pixels that the row test looks at between it and its right neighbour.
+    pub fn tests(&self) -> &[u16] {
+        &self.tests
+    }
+
+    /// By how many columns pixels are shifted from the left image to the right one, those that land in it; empty where none does.
+    pub fn shifts(&self) -> RangeInclusive<i32> {
+        self.shifts.clone()
+    }
+
+    /// Pixels per row, and rows.
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.sources.len() as u32 / self.width]
+    }
+
     /// Pixels that come from the left image, that nothing lands in, and that are covered.
     pub fn counts(&self) -> [u64; 3] {
         self.sources.iter().fold([0; 3], |mut counts, source| {
@@ -62,4 +92,12 @@ impl Reprojection {
             counts
         })
     }
+}
+
+fn shifts(samples: &[Sample]) -> (i32, i32) {
+    let inside = (0..).zip(samples).filter(|(_, sample)| sample.x >= 0.0 && sample.x < samples.len() as f64);
+    inside.fold(NO_SHIFTS, |(low, high), (column, sample)| {
+        let shift = sample.x as i32 - column;
+        (low.min(shift), high.max(shift))
+    })
 }

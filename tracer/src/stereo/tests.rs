@@ -146,3 +146,33 @@ fn pixels_without_an_answer_are_those_that_are_traced() {
     assert!(listed.reusable > 0 && listed.reusable < work.reusable);
     assert_eq!(work.unanswered, listed.reusable);
 }
+
+#[test]
+fn a_list_of_pixels_traces_all_of_the_first_and_reflections_of_the_others() {
+    let world = World::builtin("atrium");
+    let eyes = Eyes { interaxial: world.distance / 30.0, convergence: world.distance };
+    let [_, right] = eyes.views(&world.camera);
+    let known = world.reprojection(eyes);
+    let work = TraversalWork::of(&world.tracer(image(right)), Some(&known)).expect("it can be traced");
+    let (answered, mut pixels): (Vec<u32>, Vec<u32>) =
+        (0..SIZE[0] * SIZE[1]).partition(|&pixel| known.left_pixel(pixel).is_some());
+    let whole = pixels.len() as u32;
+    pixels.extend(answered);
+    let list = world.tracer(Rays::Pixels { view: right, width: SIZE[0], pixels, whole });
+    let listed = TraversalWork::of(&list, None).expect("it can be traced");
+    assert!(listed.reusable > 0 && listed.view_dependent > 0);
+    assert_eq!((listed.reusable, listed.view_dependent), (work.unanswered, work.view_dependent));
+}
+
+#[test]
+fn a_wall_is_shifted_by_its_disparity_and_each_of_its_pixels_tested_but_a_few_times() {
+    let known = wall(3.0).reprojection(Eyes { interaxial: 2.0, convergence: f64::INFINITY });
+    // 30 pixels, from which f32 may keep those that land at the edge of a pixel.
+    let shifts = known.shifts();
+    assert!([-31, -30].contains(shifts.start()) && [-30, -29].contains(shifts.end()), "{shifts:?}");
+    assert_eq!(known.size(), SIZE);
+    assert_eq!(known.tests().len() as u32, SIZE[0] * SIZE[1]);
+    // Two neighbours a pixel apart lie in two pixels; three where rounding puts one over an edge.
+    assert!(known.tests().iter().all(|&tests| tests <= 3));
+    assert!(known.tests().iter().map(|&tests| u64::from(tests)).sum::<u64>() > 120 * u64::from(SIZE[1]));
+}
