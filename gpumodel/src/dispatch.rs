@@ -1,6 +1,5 @@
 //! One dispatch after another on the same caches.
 
-use super::maps::MapPainter;
 use crate::config::Gpu;
 use crate::counters::{FrameCounters, Pass};
 use crate::engine::Engine;
@@ -15,27 +14,25 @@ use tracer::Tile;
 const PIECES_PER_THREAD: u32 = 16;
 
 /// A GPU in the middle of a frame.
-pub(super) struct Running {
-    pub(super) engine: Engine,
-    pub(super) counters: FrameCounters,
-    pub(super) resident_warps: [u32; Pass::COUNT],
-    /// Where they are kept.
-    pub(super) maps: Option<MapPainter>,
+pub(crate) struct Running {
+    pub(crate) engine: Engine,
+    pub(crate) counters: FrameCounters,
+    pub(crate) resident_warps: [u32; Pass::COUNT],
 }
 
 /// What one piece at a time is made with.
-pub(super) struct Bench {
-    pub(super) tile: Tile,
-    pub(super) stepper: Stepper,
-    pub(super) emitter: Emitter,
+pub(crate) struct Bench {
+    pub(crate) tile: Tile,
+    pub(crate) stepper: Stepper,
+    pub(crate) emitter: Emitter,
 }
 
 /// Benches outlast a piece, so that their memory grows to the size of a piece but once.
 #[derive(Default)]
-pub(super) struct Benches(Mutex<Vec<Bench>>);
+pub(crate) struct Benches(Mutex<Vec<Bench>>);
 
 impl Benches {
-    pub(super) fn with<T>(&self, work: impl FnOnce(&mut Bench) -> Result<T, Error>) -> Result<T, Error> {
+    pub(crate) fn with<T>(&self, work: impl FnOnce(&mut Bench) -> Result<T, Error>) -> Result<T, Error> {
         let free = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let bench = free().pop();
         let mut bench = bench.unwrap_or_else(|| Bench {
@@ -52,7 +49,7 @@ impl Benches {
 impl Running {
     /// Runs a dispatch, piece by piece, to its end: `make` makes the warps of a piece and what `keep` hears of it, in order. `passes` are those of the
     /// dispatch, the first of them first; a core holds `resident_warps` of its warps.
-    pub(super) fn dispatch<T: Send>(
+    pub(crate) fn dispatch<T: Send>(
         &mut self,
         passes: &[Pass],
         resident_warps: u32,
@@ -94,7 +91,7 @@ impl Running {
 ///
 /// # Errors
 /// When none fits.
-pub(super) fn resident_warps(gpu: &Gpu, registers: u32, technique: &str) -> Result<u32, Error> {
+pub(crate) fn resident_warps(gpu: &Gpu, registers: u32, technique: &str) -> Result<u32, Error> {
     match crate::schedule::warps_that_fit(gpu, registers) {
         0 => Err(Error::Config {
             file: technique.to_owned(),

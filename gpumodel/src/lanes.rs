@@ -3,17 +3,17 @@
 use crate::schedule::HELPER;
 
 /// Lanes of a dispatch over all pixels of an image, workgroup after workgroup in rows of the image.
-pub(super) struct Lanes {
+pub(crate) struct Lanes {
     /// By lane, the pixel, row by row from the top left, or [`HELPER`] outside the image.
-    pub(super) pixels: Vec<u32>,
+    pub(crate) pixels: Vec<u32>,
     /// Lanes of a warp: a warp takes rows of one workgroup.
-    pub(super) warp: usize,
+    pub(crate) warp: usize,
     /// Lanes of a workgroup.
-    pub(super) group: usize,
+    pub(crate) group: usize,
 }
 
 impl Lanes {
-    pub(super) fn new((width, height): (u32, u32), workgroup: [u32; 2], warp_width: u32) -> Self {
+    pub(crate) fn new((width, height): (u32, u32), workgroup: [u32; 2], warp_width: u32) -> Self {
         let [group_width, group_height] = workgroup;
         let group = (group_width * group_height) as usize;
         let mut pixels = Vec::with_capacity((width * height) as usize);

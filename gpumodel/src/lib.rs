@@ -10,6 +10,7 @@ mod alpha_tests;
 mod closed_forms;
 mod config;
 mod counters;
+mod dispatch;
 pub mod energy;
 mod engine;
 mod error;
@@ -17,6 +18,7 @@ mod estimate;
 mod geometry;
 mod interleave;
 pub mod kernel;
+mod lanes;
 mod layout;
 #[cfg(test)]
 mod mock;
@@ -32,6 +34,7 @@ pub mod reflections;
 mod replay;
 mod sampled;
 mod schedule;
+pub mod stereo;
 mod timed;
 #[cfg(test)]
 mod triangle_pairs;
@@ -41,11 +44,11 @@ mod workshop;
 
 pub use config::{
     Atomics, Attachments, Boundary, BuiltinGpu, BuiltinTechnique, CacheLevel, CacheRole, Clock, Cost, Dram,
-    EnergyTable, Family, GPUS, Gpu, GpuEnergy, HitShading, Identity, Launch, LoadStore, OperatingPoint,
-    Output, Paths, PipelineCosts, Present, Provenance, QueryOrigin, Raster, RayPipeline, RayQueryCosts,
-    RayScheduling, RayUnit, ReflectionCosts, ReflectionRegisters, Reflections, Registers, Scheduler,
-    ScreenSpace, SecondaryQuery, ShaderCores, ShaderCosts, SharedCosts, Stage, TECHNIQUES, Tag, Technique,
-    TextureUnit, Tiler, Translation, TraversalCosts,
+    EnergyTable, Family, GBufferFields, GPUS, Gpu, GpuEnergy, HitShading, Identity, InternalMemory, Launch,
+    LoadStore, OperatingPoint, Output, Paths, PipelineCosts, Present, Provenance, QueryOrigin, Raster,
+    RayPipeline, RayQueryCosts, RayScheduling, RayUnit, ReflectionCosts, ReflectionRegisters, Reflections,
+    Registers, Scheduler, ScreenSpace, SecondaryQuery, ShaderCores, ShaderCosts, SharedCosts, Stage, Stereo,
+    StereoCosts, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

@@ -5,6 +5,7 @@ use super::gpu::Gpu;
 use super::level_costs::{TwoLevelCosts, TwoLevelFile};
 use super::reflections::{ReflectionCosts, ReflectionsFile, reflection_estimates, reflections};
 use super::sourced::{File, Tag};
+use super::stereo::{StereoCosts, StereoCostsFile};
 use crate::error::Error;
 use serde::Deserialize;
 use std::ops::AddAssign;
@@ -41,6 +42,9 @@ pub struct ShaderCosts {
     /// Missing in tables that were written before there were alpha tests.
     alpha: Option<AlphaCosts>,
     alpha_estimates: Vec<String>,
+    /// Missing in tables that were written before there were two eyes.
+    stereo: Option<StereoCosts>,
+    stereo_estimates: Vec<String>,
     /// A ray query that a ray unit answers.
     pub ray_query: RayQueryCosts,
     /// Missing in tables that were written before there was such an instruction.
@@ -147,6 +151,7 @@ struct CostsFile {
     reflections: Option<ReflectionsFile>,
     two_level: Option<TwoLevelFile>,
     alpha: Option<AlphaFile>,
+    stereo: Option<StereoCostsFile>,
     ray_query: RayQueryFile,
     ray_intersection: Option<RayIntersectionFile>,
     ray_intersection_two_level: Option<TwoLevelFile>,
@@ -290,6 +295,10 @@ impl ShaderCosts {
             Some(raw) => (Some(raw.read(&file)?), raw.estimates()),
             None => (None, Vec::new()),
         };
+        let (stereo, stereo_estimates) = match &raw.stereo {
+            Some(raw) => (Some(raw.read(&file)?), raw.estimates()),
+            None => (None, Vec::new()),
+        };
         let two_level = |name: &str, raw: &Option<TwoLevelFile>| {
             raw.as_ref().map(|raw| raw.read(&file, name)).transpose()
         };
@@ -309,6 +318,8 @@ impl ShaderCosts {
             )?,
             alpha,
             alpha_estimates,
+            stereo,
+            stereo_estimates,
             secondary,
             secondary_estimates,
             reflections: raw.reflections.as_ref().map(|raw| reflections(&file, raw)).transpose()?,
@@ -392,6 +403,16 @@ impl ShaderCosts {
     /// Keys of the costs of [`Self::alpha`] that are estimates.
     pub(crate) fn alpha_estimates(&self) -> &[String] {
         &self.alpha_estimates
+    }
+
+    /// Costs of the kernels between two eyes, where the table has them.
+    pub fn stereo(&self) -> Option<&StereoCosts> {
+        self.stereo.as_ref()
+    }
+
+    /// Keys of the costs of [`Self::stereo`] that are estimates.
+    pub fn stereo_estimates(&self) -> &[String] {
+        &self.stereo_estimates
     }
 
     /// A node step in a binary TLAS.

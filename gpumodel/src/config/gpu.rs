@@ -12,6 +12,7 @@ use super::ray_pipeline::{RayPipeline, ray_pipeline};
 use super::ray_unit::{RayUnit, ray_unit};
 use super::reflection_technique::Reflections;
 use super::sourced::{File, Provenance, Sourced, Tag, tags};
+use super::stereo::{InternalMemory, internal_memory};
 use super::technique::Technique;
 use super::translation::{Translation, translation};
 use crate::error::Error;
@@ -46,6 +47,8 @@ pub struct Gpu {
     pub translation: Option<Translation>,
     /// Atomics, barriers and indirect dispatches, where figures for them are given.
     pub atomics: Option<Atomics>,
+    /// Memory that kernels address and DMA fills, where there is such.
+    pub internal_memory: Option<InternalMemory>,
     /// System memory.
     pub dram: Dram,
     /// Rasterisation in bins.
@@ -358,6 +361,7 @@ impl Gpu {
             ray_pipeline: raw.ray_pipeline.map(|raw| ray_pipeline(&file, &raw)).transpose()?,
             translation: raw.translation.map(|raw| translation(&file, &raw)).transpose()?,
             atomics: raw.atomics.map(|raw| atomics(&file, &raw)).transpose()?,
+            internal_memory: raw.internal_memory.map(|raw| internal_memory(&file, &raw)).transpose()?,
             dram: Dram {
                 channels: file.within("dram.channels", &raw.dram.channels, 1..=cachesim::MAX_CHANNELS)?,
                 queue: file.within("dram.queue", &raw.dram.queue, 1..=cachesim::MAX_QUEUE)?,

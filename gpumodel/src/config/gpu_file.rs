@@ -23,6 +23,7 @@ pub(super) struct GpuFile {
     pub(super) ray_pipeline: Option<RayPipelineFile>,
     pub(super) translation: Option<TranslationFile>,
     pub(super) atomics: Option<AtomicsFile>,
+    pub(super) internal_memory: Option<InternalMemoryFile>,
     pub(super) dram: DramFile,
     pub(super) tiler: TilerFile,
     pub(super) output: OutputFile,
@@ -182,6 +183,12 @@ pub(super) struct AtomicsFile {
     pub(super) shared_lane_clocks: Sourced<f64>,
     pub(super) barrier_clocks: Sourced<f64>,
     pub(super) dispatch_us: Sourced<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InternalMemoryFile {
+    pub(super) dma_setup_us: Sourced<f64>,
 }
 
 #[derive(Deserialize)]

@@ -2,6 +2,7 @@
 
 use super::reflection_technique::{HitShading, Reflections, ReflectionsFile};
 use super::sourced::{File, Sourced, Tag, tags};
+use super::stereo::{Stereo, StereoFile};
 use crate::counters::Pass;
 use crate::error::Error;
 use serde::Deserialize;
@@ -41,6 +42,8 @@ pub const TECHNIQUES: &[BuiltinTechnique] = &[
     builtin!("reflections-hybrid-position-sign"),
     builtin!("reflections-visibility-buffer"),
     builtin!("reflections-pipeline"),
+    builtin!("stereo"),
+    builtin!("stereo-memory"),
 ];
 
 /// Bytes of a vertex's position, and of its normal.
@@ -61,6 +64,8 @@ pub struct Technique {
     pub present: Option<Present>,
     /// Reflections over the G-buffer of a frame that has been drawn before, instead of any of these.
     pub reflections: Option<Reflections>,
+    /// How another eye is given what this one has hit, in frames of two.
+    pub stereo: Option<Stereo>,
     tags: Vec<(String, Tag)>,
 }
 
@@ -107,6 +112,7 @@ struct TechniqueFile {
     trace: Option<Spanned<TraceFile>>,
     present: Option<Spanned<PresentFile>>,
     reflections: Option<Spanned<ReflectionsFile>>,
+    stereo: Option<Spanned<StereoFile>>,
 }
 
 #[derive(Deserialize)]
@@ -168,6 +174,7 @@ impl Technique {
                 ("raster", raw.raster.as_ref().map(Spanned::span)),
                 ("trace", raw.trace.as_ref().map(Spanned::span)),
                 ("present", raw.present.as_ref().map(Spanned::span)),
+                ("stereo", raw.stereo.as_ref().map(Spanned::span)),
             ];
             for (key, span) in others {
                 if let Some(span) = span {
@@ -184,6 +191,7 @@ impl Technique {
                 stage: Stage::Compute { workgroup: reflections.workgroup },
                 present: None,
                 reflections: Some(reflections),
+                stereo: None,
                 tags: tags(toml_text),
             });
         }
@@ -211,7 +219,16 @@ impl Technique {
             file.said("present.source", &present.get_ref().source)?;
         }
         let compute = matches!(stage, Stage::Compute { .. });
-        if compute != raw.present.is_some() {
+        let stereo = raw.stereo.as_ref().map(|stereo| stereo.get_ref().read(&file)).transpose()?;
+        if let Some(span) = raw.stereo.as_ref().filter(|_| !compute).map(Spanned::span) {
+            let problem = "is of kernels that hand pixels on to each other, and the stage is fragment";
+            return Err(file.refuse("stereo", &span, problem, "use the compute stage"));
+        }
+        if let Some(span) = raw.present.as_ref().filter(|_| stereo.is_some()).map(Spanned::span) {
+            let problem = "draws an image, and [stereo] has its colours in tiles";
+            return Err(file.refuse("present", &span, problem, "leave out one of them"));
+        }
+        if stereo.is_none() && compute != raw.present.is_some() {
             let (problem, remedy) = if compute {
                 ("is compute, whose image nothing draws", "add [present]")
             } else {
@@ -231,6 +248,7 @@ impl Technique {
             stage,
             present: raw.present.map(|_| Present),
             reflections: None,
+            stereo,
             tags: tags(toml_text),
         })
     }
@@ -250,6 +268,7 @@ impl Technique {
             Pass::Binning | Pass::Geometry => self.raster.is_some(),
             Pass::Primary => self.raster.is_none(),
             Pass::Shadow | Pass::Output => true,
+            Pass::ErrorDetection | Pass::Reprojection => self.stereo.is_some(),
             Pass::SoftShadow
             | Pass::ScreenSpace
             | Pass::Reflection
@@ -264,6 +283,11 @@ impl Technique {
             Pass::Present => self.present.is_some(),
         };
         Pass::ALL.into_iter().filter(has).collect()
+    }
+
+    /// Whether passes of it list what others take.
+    pub(crate) fn has_lists(&self) -> bool {
+        self.reflections.is_some() || self.stereo.is_some()
     }
 
     /// The pass after which dirty lines are written back: the last one that shades.

@@ -2,7 +2,7 @@
 
 use super::{EnergyPrices, Price};
 use crate::config::{Boundary, CacheRole, Gpu, Logic, Tag};
-use crate::counters::{BufferTraffic, Pass, PassCounters};
+use crate::counters::{BufferTraffic, IssueCounters, Pass, PassCounters};
 use crate::replay::{ReplayConfig, Replayed};
 
 /// Whose supply an energy comes from, and so how it scales.
@@ -158,7 +158,9 @@ fn of_events(prices: &EnergyPrices, passes: &[PassCounters; Pass::COUNT], gpu: &
         }));
     }
     // What leaves tile memory was written there and is read.
-    rows.push(of_gpu("tile memory", &prices.tile_byte, &|pass| 2 * pass.issue.output_bytes));
+    rows.push(of_gpu("tile memory", &prices.tile_byte, &|pass| {
+        2 * pass.issue.output_bytes + pass.issue.internal_bytes
+    }));
     rows
 }
 
@@ -217,5 +219,6 @@ fn of_time(prices: &EnergyPrices, seconds: &[f64; Pass::COUNT]) -> Vec<Row> {
 
 fn dram_bytes(pass: &PassCounters) -> u64 {
     let BufferTraffic { dram_read_bytes, dram_write_bytes, .. } = pass.traffic.total();
-    dram_read_bytes + dram_write_bytes + pass.issue.output_bytes + pass.issue.bin_list_bytes
+    let IssueCounters { output_bytes, bin_list_bytes, dma_write_bytes, dma_read_bytes, .. } = pass.issue;
+    dram_read_bytes + dram_write_bytes + output_bytes + bin_list_bytes + dma_write_bytes + dma_read_bytes
 }

@@ -2,8 +2,8 @@
 
 use super::has_rays;
 use crate::config::{
-    Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, RayUnit, Reflections, Stage, Tag,
-    has_secondary,
+    Atomics, Attachments, HitShading, Launch, RayPipeline, RayScheduling, RayUnit, Reflections, Stage,
+    Stereo, Tag, has_secondary,
 };
 use crate::counters::Pass;
 use crate::energy::{FrameEnergy, Supply};
@@ -178,12 +178,20 @@ fn technique_assumptions(replayed: &Replayed, header: &TraceHeader, config: &Rep
         sentences.extend(pipeline_assumptions(reflections, replayed, config));
         return sentences;
     }
+    if let Some(stereo) = config.technique.stereo.as_ref().filter(|_| is_of_two_eyes(replayed)) {
+        sentences.extend(stereo_assumptions(stereo, config));
+    }
     match config.technique.stage {
         Stage::Fragment if config.technique.raster.is_none() => sentences.push(
             "The hit, its shading and all rays of a pixel are one fragment shader; primary rays are traced, not rasterised."
                 .to_owned(),
         ),
         Stage::Fragment => {}
+        Stage::Compute { workgroup: [width, height] } if config.technique.present.is_none() => {
+            sentences.push(format!(
+                "A compute shader in workgroups of {width}x{height} traces; its colours stay in tiles until these are written out."
+            ));
+        }
         Stage::Compute { workgroup: [width, height] } => sentences.push(format!(
             "A compute shader in workgroups of {width}x{height} traces and writes an image of 4 bytes per pixel, 4x4 pixels side by side; a \
              full-screen quad reads it as a texture."
@@ -206,6 +214,39 @@ fn technique_assumptions(replayed: &Replayed, header: &TraceHeader, config: &Rep
                 "Normal and depth, 4 bytes per pixel each, are written to DRAM and read as textures.".to_owned()
             }
         });
+    }
+    sentences
+}
+
+/// Whether kernels between two eyes were run, and it is not an image like any other.
+fn is_of_two_eyes(replayed: &Replayed) -> bool {
+    let dispatches = |pass: Pass| replayed.counters.pass(pass).issue.dispatches;
+    dispatches(Pass::Reprojection) + dispatches(Pass::ErrorDetection) > 0
+}
+
+fn stereo_assumptions(stereo: &Stereo, config: &ReplayConfig) -> Vec<String> {
+    let [width, height] = stereo.tile;
+    let bytes = stereo.fields.bytes();
+    let mut sentences = vec![
+        format!(
+            "Each eye begins with cold caches. Of a pixel, the G-buffer has {bytes} bytes. Reprojection errors are detected in tiles of {width}x{height} pixels, in whose rows \
+             all left pixels are tested that can land there, and those beside them."
+        ),
+        match stereo.gbuffer {
+            Attachments::Tile => {
+                "The G-buffer and the lists of pixels stay in internal memory, in which all cores work on one tile, and the left eye is so far ahead of the right one; what \
+                 the row test needs is written to DRAM, and read back by DMA one tile ahead."
+            }
+            Attachments::Memory => "The G-buffer of the left image and the lists of pixels are in memory, each field by itself.",
+        }
+        .to_owned(),
+        "Other rays from a pixel that the left eye answers than reflections, and what they found, are reused with it; its reflections start from what the right eye sees \
+         there.".to_owned(),
+    ];
+    let estimates = config.costs.stereo_estimates();
+    if !estimates.is_empty() {
+        let keys = estimates.join(", ");
+        sentences.push(format!("Estimated figures of the cost table, for two eyes: {keys}."));
     }
     sentences
 }

@@ -26,6 +26,8 @@ pub(super) struct Demand {
     caches: [f64; MAX_LEVELS],
     /// Bytes to and from DRAM / (peak x efficiency).
     dram: f64,
+    /// Bytes that DMA reads ahead of kernels / (peak x efficiency).
+    dma: f64,
     /// Cycles of the ray units' own ports / (cores x clock).
     pub(super) unit_port: f64,
     /// Places for rays in ray-box tests / (cores x tests per clock x clock).
@@ -62,7 +64,9 @@ impl Demand {
             efu: issue.efu_issued as f64 / (core_cycles * gpu.cores.efu_lanes),
             load_store: issue.load_store_cycles as f64 / core_cycles,
             caches: [0.0; MAX_LEVELS],
-            dram: (issue.output_bytes + issue.bin_list_bytes) as f64 / dram_bandwidth(gpu),
+            dram: (issue.output_bytes + issue.bin_list_bytes + issue.dma_write_bytes) as f64
+                / dram_bandwidth(gpu),
+            dma: issue.dma_read_bytes as f64 / dram_bandwidth(gpu),
             unit_port: unit_port_cycles / core_cycles,
             unit_boxes: of_unit(issue.unit_box_places, |unit| unit.boxes_per_clock),
             unit_triangles: of_unit(issue.unit_triangle_places, |unit| unit.triangles_per_clock),
@@ -97,6 +101,11 @@ impl Demand {
         self.add_traffic(flush, gpu);
     }
 
+    /// Without what DMA reads while kernels compute.
+    pub(super) fn without_dma(self) -> Self {
+        Self { dma: 0.0, ..self }
+    }
+
     /// What several passes need together.
     pub(super) fn sum(demands: &[Self]) -> Self {
         let mut sum = Self::default();
@@ -107,6 +116,7 @@ impl Demand {
                 load_store,
                 caches,
                 dram,
+                dma,
                 unit_port,
                 unit_boxes,
                 unit_triangles,
@@ -126,6 +136,7 @@ impl Demand {
             sum.load_store += load_store;
             sum.caches.iter_mut().zip(caches).for_each(|(sum, seconds)| *sum += seconds);
             sum.dram += dram;
+            sum.dma += dma;
             sum.setup += setup;
             sum.pixels += pixels;
             sum.latency += latency;
@@ -141,6 +152,7 @@ impl Demand {
             load_store,
             caches,
             dram,
+            dma,
             unit_port,
             unit_boxes,
             unit_triangles,
@@ -161,7 +173,7 @@ impl Demand {
         });
         let of_cores = [("ALU issue", alu), ("EFU issue", efu), ("load/store port", load_store)];
         let others = [
-            ("DRAM bandwidth", dram),
+            ("DRAM bandwidth", dram + dma),
             ("ray unit: port", unit_port),
             ("ray unit: boxes", unit_boxes),
             ("ray unit: triangles", unit_triangles),
@@ -187,7 +199,7 @@ pub(super) fn path<'a>(pass: Pass, counters: &PassCounters, gpu: &'a Gpu) -> &'a
     }
 }
 
-fn dram_bandwidth(gpu: &Gpu) -> f64 {
+pub(super) fn dram_bandwidth(gpu: &Gpu) -> f64 {
     gpu.dram.peak_bytes_per_second * gpu.dram.efficiency
 }
 

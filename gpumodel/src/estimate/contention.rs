@@ -132,7 +132,8 @@ impl InPhase<'_> {
             });
         }
         let bandwidth = gpu.dram.peak_bytes_per_second * gpu.dram.efficiency;
-        let direct = (issue.output_bytes + issue.bin_list_bytes) as f64 / turns;
+        let past_caches = issue.output_bytes + issue.bin_list_bytes + issue.dma_write_bytes;
+        let direct = past_caches as f64 / turns;
         let memory_bytes = window.memory_bytes as f64;
         let line = path.last().map_or(1.0, |&last| gpu.caches[last].line_bytes as f64);
         of_a_line += line / bandwidth * (memory_bytes / line / lines.max(1.0)).min(1.0);

@@ -3,6 +3,7 @@
 mod assumptions;
 mod bounds;
 mod contention;
+mod dma;
 mod forced;
 mod in_flight;
 mod time;
@@ -118,8 +119,12 @@ pub fn estimate(
         let mut together = PassCounters::default();
         phase.iter().for_each(|&pass| together += *counters.pass(pass));
         let record = Record::of(replayed, phase);
-        let time = PhaseTime::of((phase[0], &together), &Demand::sum(&of_phase), record, &config.gpu)?;
-        let Some(time) = time else { continue };
+        let demand = Demand::sum(&of_phase).without_dma();
+        let time = PhaseTime::of((phase[0], &together), &demand, record, &config.gpu)?;
+        let Some(mut time) = time else { continue };
+        let exposed = dma::exposed_seconds(&together.issue, time.seconds, &config.gpu);
+        time.seconds += exposed;
+        add(&mut time.stack, "DMA", exposed);
         let PhaseTime { largest, place, .. } = time;
         for (&pass, demand) in phase.iter().zip(&of_phase) {
             deciding[pass as usize] = largest.name;
@@ -182,7 +187,15 @@ fn passes(replayed: &Replayed, header: &TraceHeader, config: &ReplayConfig) -> V
     let of_technique = config.technique.passes();
     let has = |pass: &Pass| match pass.rays() {
         Some(RayKind::Primary) | None => {
-            of_technique.contains(pass) && (*pass != Pass::Binning || bins(replayed))
+            let is_run = match pass {
+                Pass::Binning => bins(replayed),
+                // An eye has one of the two, and none where it is traced as any other image.
+                Pass::ErrorDetection | Pass::Reprojection => {
+                    replayed.counters.pass(*pass).issue.dispatches > 0
+                }
+                _ => true,
+            };
+            of_technique.contains(pass) && is_run
         }
         Some(kind) => has_rays(header, kind),
     };

@@ -31,7 +31,14 @@ pub(super) fn phases(technique: &Technique) -> &'static [&'static [Pass]] {
         Pass::DiffuseShadow,
         Pass::Output,
     ];
-    const OF_A_FRAME: [&[Pass]; 4] = [&[Pass::Binning], &[Pass::Geometry], &RAYS, &[Pass::Present]];
+    const OF_A_FRAME: [&[Pass]; 6] = [
+        &[Pass::Binning],
+        &[Pass::Geometry],
+        &[Pass::ErrorDetection],
+        &RAYS,
+        &[Pass::Reprojection],
+        &[Pass::Present],
+    ];
     const IN_PLACE: [&[Pass]; 1] =
         [&[Pass::ScreenSpace, Pass::Reflection, Pass::ReflectionShadow, Pass::Output]];
     const LISTED: [&[Pass]; 2] =

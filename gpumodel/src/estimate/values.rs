@@ -50,7 +50,7 @@ impl PassValues<'_> {
         let fragments = self.frame.header.frame.rays() as f64;
         let rays = issue.rays as f64;
         // Bin lists are written once and read once.
-        let dram_reads = traffic.dram_read_bytes + issue.bin_list_bytes / 2;
+        let dram_reads = traffic.dram_read_bytes + issue.bin_list_bytes / 2 + issue.dma_read_bytes;
         let alu_capacity = f64::from(gpu.cores.count) * gpu.cores.alu_lanes * gpu.clock.hz * self.seconds;
         match id {
             "frame_time_ms" => Value::Real(self.seconds * 1e3),
@@ -78,7 +78,7 @@ impl PassValues<'_> {
             "efu_operations_issued" => Value::Count(issue.efu_issued),
             "memory_instructions" => Value::Count(issue.memory_instructions),
             "load_store_cycles" => Value::Count(issue.load_store_cycles),
-            "atomics" | "dispatches" if self.frame.config.technique.reflections.is_none() => {
+            "atomics" | "dispatches" if !self.frame.config.technique.has_lists() => {
                 Value::absent("no pass of this technique lists what another one takes")
             }
             "atomics" => Value::Count(issue.atomics),
@@ -105,7 +105,8 @@ impl PassValues<'_> {
             }
             "dram_read_bytes" => Value::Count(dram_reads),
             "dram_write_bytes" => {
-                Value::Count(traffic.dram_write_bytes + issue.output_bytes + issue.bin_list_bytes / 2)
+                let past_caches = issue.output_bytes + issue.bin_list_bytes / 2 + issue.dma_write_bytes;
+                Value::Count(traffic.dram_write_bytes + past_caches)
             }
             "l1_accesses" => self.level(CacheRole::L1, &traffic, accesses),
             "l1_misses" => self.level(CacheRole::L1, &traffic, misses),

@@ -1,7 +1,5 @@
 //! The dispatches of a frame, one after the other.
 
-use super::dispatch::{Benches, Running, resident_warps};
-use super::lanes::Lanes;
 use super::listing::Listing;
 use super::lists::Lists;
 use super::maps::MapPainter;
@@ -13,9 +11,11 @@ use super::sort::SortPass;
 use super::{ReflectionFrame, ReplayedReflections, Shadows, Technique, size};
 use crate::config::{Atomics, HitShading, Launch, ReflectionRegisters, ScreenSpace};
 use crate::counters::{FrameCounters, Pass};
+use crate::dispatch::{Benches, Running, resident_warps};
 use crate::engine::{Engine, Finished};
 use crate::error::Error;
 use crate::interleave::KindPaths;
+use crate::lanes::Lanes;
 use crate::layout::{Buffers, Places};
 use crate::ordering::{AtomicTally, Bucket, BucketSort, Sorted, bucket_of};
 use crate::prepared::{caches, registers};
@@ -84,6 +84,8 @@ impl<'a, 'f> Replay<'a, 'f> {
         let tracing = self.tracing(listing.order.clone(), shadows, (None, shading), own)?;
         let lists = self.lists(&tracing, sorts);
         let mut running = self.start(&tracing, &lists)?;
+        let mut painter =
+            (self.maps == Maps::Kept).then(|| MapPainter::new(frame, tracing.walk.in_lockstep()));
         let march = MarchPass {
             program: &tracing.program,
             technique,
@@ -105,19 +107,20 @@ impl<'a, 'f> Replay<'a, 'f> {
         };
         let hits = if sorts { Hits::Kept } else { Hits::Shaded };
         let pass = self.ray_pass(&tracing, &lists, (from, hits), Pass::Reflection);
-        let hits = self.run_rays(&pass, passes, tracing.warps, &mut running)?;
-        if let Some(maps) = &mut running.maps {
-            maps.hits(&pass, &hits);
+        let hits = self.run_rays(&pass, passes, tracing.warps, (&mut running, &mut painter))?;
+        if let Some(painter) = &mut painter {
+            painter.hits(&pass, &hits);
         }
         let (width, height) = size(frame.reflections);
         let frame = Frame::Image { width, height };
         let mut header = TraceHeader { frame, ..tracing.rays.header().clone() };
         if sorts {
-            header.ray_sets = self.shade_by_material(&listing, &hits, &lists, &mut running)?;
+            header.ray_sets =
+                self.shade_by_material(&listing, &hits, &lists, (&mut running, &mut painter))?;
         }
         running.counters.materials = shaders(self.frame);
         running.counters.stalls = tracing.rays.stalls();
-        let (maps, heat) = running.maps.take().map(MapPainter::finish).unzip();
+        let (maps, heat) = painter.map(MapPainter::finish).unzip();
         let replayed = Replayed { maps: heat, ..self.finish(tracing, &lists, running) };
         Ok(ReplayedReflections { replayed, header, maps })
     }
@@ -172,18 +175,12 @@ impl<'a, 'f> Replay<'a, 'f> {
 
     /// Empty cores and cold caches.
     fn start(&self, tracing: &Tracing<'_>, lists: &Lists) -> Result<Running, Error> {
-        let Self { frame, config, maps, .. } = self;
-        let Tracing { program, paths, warps, rays, walk, .. } = tracing;
+        let Self { config, maps, .. } = self;
+        let Tracing { program, paths, warps, rays, .. } = tracing;
         let (hierarchy, _) = caches(&config.gpu, config.gpu.ray_unit_for(rays.header()).is_some())?;
         let places = Places { end: lists.end, ..program.buffers.places() };
         let engine = Engine::new(config.fidelity, &config.gpu, hierarchy, *paths, places, *warps, *maps)?;
-        let maps = (*maps == Maps::Kept).then(|| MapPainter::new(frame, walk.in_lockstep()));
-        Ok(Running {
-            engine,
-            counters: FrameCounters::default(),
-            resident_warps: [*warps; Pass::COUNT],
-            maps,
-        })
+        Ok(Running { engine, counters: FrameCounters::default(), resident_warps: [*warps; Pass::COUNT] })
     }
 
     /// The dispatch that marches, and lists the rays that are left.
@@ -272,7 +269,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         pass: &RayPass<'_>,
         passes: &[Pass],
         warps: u32,
-        running: &mut Running,
+        (running, painter): (&mut Running, &mut Option<MapPainter>),
     ) -> Result<Vec<u32>, Error> {
         let (mut hits, mut costs) = (Vec::new(), Vec::new());
         let pieces = pass.rays.header().frame.tiles();
@@ -282,8 +279,8 @@ impl<'a, 'f> Replay<'a, 'f> {
             hits.extend(of_piece.hits);
             costs.extend(of_piece.costs);
         })?;
-        if let Some(maps) = &mut running.maps {
-            maps.costs(pass, &costs, &running.engine.misses_by_warp()[before..]);
+        if let Some(painter) = painter {
+            painter.costs(pass, &costs, &running.engine.misses_by_warp()[before..]);
         }
         Ok(hits)
     }
@@ -294,7 +291,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         listing: &Listing,
         hits: &[u32],
         lists: &Lists,
-        running: &mut Running,
+        (running, painter): (&mut Running, &mut Option<MapPainter>),
     ) -> Result<Vec<RaySetId>, Error> {
         let Self { frame, config, technique, lanes, benches, .. } = self;
         let gpu = &config.gpu;
@@ -355,7 +352,12 @@ impl<'a, 'f> Replay<'a, 'f> {
         let sorted_places: Vec<[u32; 2]> = padded.iter().map(|place| place.unwrap_or_default()).collect();
         let shading =
             self.ray_pass(&tracing, lists, (From::Sorted(&sorted_places), Hits::Shaded), Pass::HitShading);
-        self.run_rays(&shading, &[Pass::HitShading, Pass::ReflectionShadow], tracing.warps, running)?;
+        self.run_rays(
+            &shading,
+            &[Pass::HitShading, Pass::ReflectionShadow],
+            tracing.warps,
+            (running, painter),
+        )?;
         Ok(tracing.rays.header().ray_sets.clone())
     }
 

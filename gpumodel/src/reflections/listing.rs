@@ -1,10 +1,10 @@
 //! Which place of the list each ray gets.
 
-use super::lanes::Lanes;
 use super::prices::Prices;
 use super::{ReflectionFrame, size};
 use crate::config::{Gpu, Launch, Reflections as Technique};
 use crate::error::Error;
+use crate::lanes::Lanes;
 use crate::ordering::{Binning, Compacted, Compaction, Counters, Workgroup, arrival_order};
 use crate::schedule::HELPER;
 use std::num::NonZero;

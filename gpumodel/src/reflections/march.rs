@@ -1,11 +1,11 @@
 //! The pass over the image: it reads the G-buffer, marches rays through the depth buffer, and lists those that are left.
 
-use super::lanes::Lanes;
 use super::listing::Listing;
 use super::lists::{LOAD_BYTES, Lists, RAY_BYTES};
 use super::prices::Prices;
 use crate::config::Reflections as Technique;
 use crate::counters::Pass;
+use crate::lanes::Lanes;
 use crate::layout::{BufferKind, PIXEL_BYTES};
 use crate::ordering::Binning;
 use crate::schedule::HELPER;

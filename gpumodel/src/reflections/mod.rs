@@ -4,9 +4,7 @@
 //! What rays hit, and in which order they lie in lists, is executed ([`ordering`](crate::ordering)); what that costs goes through the same warps,
 //! caches and queues as every other frame. The G-buffer is there already, in memory.
 
-mod dispatch;
 mod frame;
-mod lanes;
 mod listing;
 mod lists;
 mod maps;

@@ -1,12 +1,12 @@
 //! The passes over lists of rays: they trace, shade, or keep what is hit.
 
-use super::dispatch::Bench;
 use super::lists::{HIT_BYTES, ID_BYTES, LOAD_BYTES, Lists, MATERIAL_BYTES, POSITION_BYTES, RAY_BYTES};
 use super::maps::{LaneSlots, PieceCosts};
 use super::march::MarchPass;
 use super::pipeline::Pipeline;
 use super::prices::Prices;
 use crate::counters::Pass;
+use crate::dispatch::Bench;
 use crate::error::Error;
 use crate::layout::{BufferKind, PIXEL_BYTES};
 use crate::replay::{Maps, refuse};

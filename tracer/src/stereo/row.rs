@@ -24,23 +24,13 @@ pub(super) struct Sample {
 /// Surfaces this close to each other, as a part of their inverse depth, do not cover each other: a hit is known in f32.
 const TOLERANCE: f64 = 1e-5;
 
-/// A row of the right image.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Row {
-    /// By pixel.
-    pub(super) sources: Vec<Source>,
-    /// By sample: pixels that the row test looks at between it and the next one.
-    pub(super) tests: Vec<u16>,
-}
-
-/// A row of as many pixels as the left image has in it, `samples` from left to right: at most 65535.
+/// A row of as many pixels as the left image has in it, `samples` from left to right.
 ///
 /// Of several samples that land in one pixel, the nearest is taken. It has to stand the row test: nothing between two neighbours of the left row, taken as
 /// joined by a surface, is in front of it. That also rejects some pixels that are seen past an edge, and so never shows what a surface hides that
 /// the left eye sees at a grazing angle.
-pub(super) fn row(samples: &[Sample]) -> Row {
+pub(super) fn sources(samples: &[Sample]) -> Vec<Source> {
     let width = samples.len();
-    let mut tests = vec![0; width];
     let mut sources = vec![Source::Missing; width];
     for (column, sample) in (0..).zip(samples) {
         let Some(source) = pixel(sample.x, width).map(|pixel| &mut sources[pixel]) else { continue };
@@ -55,9 +45,7 @@ pub(super) fn row(samples: &[Sample]) -> Row {
             (left, right) = (right, left);
         }
         let last = (right.x.ceil().max(0.0) as usize).min(width);
-        let between = (left.x.max(0.0) as usize).min(last)..last;
-        tests[first as usize] = between.len() as u16;
-        for source in &mut sources[between] {
+        for source in &mut sources[(left.x.max(0.0) as usize).min(last)..last] {
             let Source::Left(column) = *source else { continue };
             let sample = samples[column as usize];
             if column == first || column == first + 1 || sample.x <= left.x || sample.x >= right.x {
@@ -71,7 +59,7 @@ pub(super) fn row(samples: &[Sample]) -> Row {
             }
         }
     }
-    Row { sources, tests }
+    sources
 }
 
 /// The pixel that a point is in; `None` beyond the edges.
@@ -84,44 +72,44 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn sources(samples: &[(f64, f64)]) -> Vec<Source> {
+    fn row(samples: &[(f64, f64)]) -> Vec<Source> {
         let samples: Vec<Sample> =
             samples.iter().map(|&(x, depth)| Sample { x, inverse_depth: 1.0 / depth }).collect();
-        row(&samples).sources
+        sources(&samples)
     }
 
     #[test]
     fn a_pixel_that_nothing_lands_in_is_missing_and_what_leaves_the_image_is_dropped() {
-        let found = sources(&[(-0.5, 2.0), (0.5, 2.0), (1.5, 2.0), (2.5, 2.0)]);
+        let found = row(&[(-0.5, 2.0), (0.5, 2.0), (1.5, 2.0), (2.5, 2.0)]);
         assert_eq!(found, [Source::Left(1), Source::Left(2), Source::Left(3), Source::Missing]);
     }
 
     #[test]
     fn of_several_samples_the_nearest_is_taken_in_either_order() {
-        assert_eq!(sources(&[(0.2, 5.0), (0.8, 2.0), (1.5, 2.0)])[0], Source::Left(1));
-        assert_eq!(sources(&[(0.2, 2.0), (0.8, 5.0), (1.5, 5.0)])[0], Source::Left(0));
+        assert_eq!(row(&[(0.2, 5.0), (0.8, 2.0), (1.5, 2.0)])[0], Source::Left(1));
+        assert_eq!(row(&[(0.2, 2.0), (0.8, 5.0), (1.5, 5.0)])[0], Source::Left(0));
     }
 
     #[test]
     fn a_background_does_not_show_through_a_surface_that_the_right_eye_sees_at_a_steeper_angle() {
         // Two pixels of a wall at depth 1 come to lie two apart; a sample of what is far behind lands between them.
-        let found = sources(&[(1.5, 9.0), (0.5, 1.0), (2.5, 1.0)]);
+        let found = row(&[(1.5, 9.0), (0.5, 1.0), (2.5, 1.0)]);
         assert_eq!(found, [Source::Left(1), Source::Covered, Source::Left(2)]);
         // In front of the wall it is seen.
-        assert_eq!(sources(&[(1.5, 0.5), (0.5, 1.0), (2.5, 1.0)])[1], Source::Left(0));
+        assert_eq!(row(&[(1.5, 0.5), (0.5, 1.0), (2.5, 1.0)])[1], Source::Left(0));
     }
 
     #[test]
     fn sky_is_behind_everything_and_covers_nothing() {
         let sky = f64::INFINITY;
-        assert_eq!(sources(&[(1.5, 3.0), (0.5, sky), (2.5, sky)])[1], Source::Left(0));
-        assert_eq!(sources(&[(1.5, sky), (0.5, 3.0), (2.5, 3.0)])[1], Source::Covered);
+        assert_eq!(row(&[(1.5, 3.0), (0.5, sky), (2.5, sky)])[1], Source::Left(0));
+        assert_eq!(row(&[(1.5, sky), (0.5, 3.0), (2.5, 3.0)])[1], Source::Covered);
     }
 
     proptest! {
         #[test]
         fn a_sample_is_used_once_and_where_it_lands(samples in prop::collection::vec((-4.0_f64..40.0, 0.1_f64..1e6), 1..36)) {
-            let found = sources(&samples);
+            let found = row(&samples);
             prop_assert_eq!(found.len(), samples.len());
             for (pixel, source) in found.iter().enumerate() {
                 let landed: Vec<usize> =
@@ -143,7 +131,7 @@ mod tests {
             // Columns move evenly, and the inverse depth is linear in them.
             let samples: Vec<(f64, f64)> =
                 (0..32).map(|column| (start + (1.0 + slope) * f64::from(column), 1.0 / (1.0 + tilt * f64::from(column)))).collect();
-            prop_assert!(sources(&samples).iter().all(|&source| source != Source::Covered));
+            prop_assert!(row(&samples).iter().all(|&source| source != Source::Covered));
         }
     }
 }
