@@ -8,7 +8,7 @@ mod reflections;
 mod thermal;
 
 pub(crate) use machine::MachineArgs;
-pub(crate) use pictures::{RenderArgs, StereoArgs};
+pub(crate) use pictures::{EyesArgs, RenderArgs, StereoArgs};
 pub(crate) use reflections::ReflectionArgs;
 pub(crate) use thermal::{SustainedArgs, ThermalArgs};
 
@@ -40,7 +40,8 @@ pub(crate) enum Command {
     Profile(ProfileArgs),
     /// Render a picture of a scene on this machine's CPU, and report how long that took; no GPU is modelled.
     Render(RenderArgs),
-    /// Render a scene for two eyes on this machine's CPU, the right image from what the left one shows as far as that goes; no GPU is modelled.
+    /// Render a scene for two eyes on this machine's CPU, the right image from what the left one shows as far as that goes; with --gpu, report what
+    /// both cost there.
     Stereo(StereoArgs),
     /// Record what every ray of a frame visits into a file.
     Trace(TraceArgs),

@@ -107,6 +107,12 @@ impl<'a> Frame<'a> {
         self.tracer_of(Rays::View { view, width, height }, self.lights(), self.secondary())
     }
 
+    /// A tracer of chosen pixels of `view`, see [`Rays::Pixels`].
+    pub(crate) fn tracer_of_pixels(&self, view: View, pixels: Vec<u32>, known: Vec<bool>) -> FrameTracer<'_> {
+        let [width, _] = self.size();
+        self.tracer_of(Rays::Pixels { view, width, pixels, known }, self.lights(), self.secondary())
+    }
+
     fn tracer_of(&self, rays: Rays, lights: Vec<scenes::Vec3>, secondary: SecondaryRays) -> FrameTracer<'_> {
         let remarks = self.remarks(matches!(rays, Rays::List(_)));
         let LoadedScene { scene, triangles, .. } = self.scene;

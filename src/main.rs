@@ -20,6 +20,7 @@ mod secondary;
 mod settings;
 mod shading;
 mod sustained;
+mod two_eyes;
 mod two_level;
 mod vary;
 mod verify;
@@ -55,7 +56,7 @@ fn run(cli: Cli) -> anyhow::Result<Outcome> {
         None => commands::profile::run(&args::ProfileArgs::bare(), &meter),
         Some(Command::Profile(args)) => commands::profile::run(&args, &meter),
         Some(Command::Render(args)) => commands::render::run(&args),
-        Some(Command::Stereo(args)) => commands::stereo::run(&args),
+        Some(Command::Stereo(args)) => commands::stereo::run(&args, &meter),
         Some(Command::Trace(args)) => commands::trace::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args, &meter),
         Some(Command::Check(args)) => commands::check::run(&args, &meter),

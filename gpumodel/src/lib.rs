@@ -48,7 +48,7 @@ pub use config::{
     LoadStore, OperatingPoint, Output, Paths, PipelineCosts, Present, Provenance, QueryOrigin, Raster,
     RayPipeline, RayQueryCosts, RayScheduling, RayUnit, ReflectionCosts, ReflectionRegisters, Reflections,
     Registers, Scheduler, ScreenSpace, SecondaryQuery, ShaderCores, ShaderCosts, SharedCosts, Stage, Stereo,
-    StereoCosts, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation, TraversalCosts,
+    StereoCosts, StereoLaunch, TECHNIQUES, Tag, Technique, TextureUnit, Tiler, Translation, TraversalCosts,
 };
 pub use counters::{
     BufferTraffic, COUNTERS, CounterInfo, CounterSet, FrameCounters, HeatMap, HeatMaps, IssueCounters, Pass,

@@ -31,6 +31,7 @@ pub mod stability;
 pub mod sustained;
 pub mod text;
 pub mod thermal;
+pub mod two_eyes;
 mod units;
 pub mod vendor;
 mod within;

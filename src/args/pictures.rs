@@ -1,6 +1,6 @@
 //! Options of pictures that this machine's CPU renders.
 
-use super::{FrameArgs, RunArgs};
+use super::{FrameArgs, MachineArgs, RunArgs};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -21,9 +21,24 @@ pub(crate) struct RenderArgs {
 pub(crate) struct StereoArgs {
     /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml.
     pub(crate) scene: String,
-    /// The folder for the pictures: both eyes, which pixels of the right one were traced, and how far it is from one that is traced whole.
+    /// The folder for the pictures: both eyes, which pixels of the right one were traced, and how far it is from one that is traced whole; with
+    /// --gpu also for the reports of both eyes, traced and with reuse.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) eyes: EyesArgs,
+    #[command(flatten)]
+    pub(crate) frame: FrameArgs,
+    #[command(flatten)]
+    pub(crate) machine: MachineArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// Where the eyes are.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Eyes")]
+pub(crate) struct EyesArgs {
     /// From one eye to the other, in units of the scene [default: a thirtieth of the depth of the nearest surface].
     #[arg(long, value_name = "LENGTH")]
     pub(crate) interaxial: Option<f64>,
@@ -31,8 +46,4 @@ pub(crate) struct StereoArgs {
     /// the camera's target].
     #[arg(long, value_name = "LENGTH")]
     pub(crate) convergence: Option<f64>,
-    #[command(flatten)]
-    pub(crate) frame: FrameArgs,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
 }

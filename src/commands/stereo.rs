@@ -1,29 +1,26 @@
 //! `raybudget stereo`: pictures for two eyes, and how much of the right one the left one answers.
 
 use crate::Outcome;
-use crate::args::StereoArgs;
+use crate::args::{MachineArgs, StereoArgs};
 use crate::console;
 use crate::frame::{Frame, LoadedScene};
+use crate::meter::Meter;
 use crate::output::OutputFolder;
 use crate::progress::Progress;
+use crate::report::Before;
 use crate::settings::{FrameSettings, start_threads};
 use crate::shading::{Shading, srgb};
+use crate::two_eyes::{self, TwoEyes};
 use anyhow::bail;
 use rayon::prelude::*;
-use reports::digits;
 use reports::image::{Rgb, write_png};
-use scenes::{Camera, Feature, Vec3};
+use reports::{digits, json};
+use scenes::{Feature, Vec3};
 use std::fmt::Write;
 use tracer::reflections::GBuffer;
 use tracer::stereo::{Eyes, Reprojection, Source, TraversalWork};
 use tracer::{Query, Ray, Silent};
 
-/// Between the eyes, of the depth of what is nearest: a rule of thumb of stereographers.
-const INTERAXIAL: f64 = 1.0 / 30.0;
-/// Times the convergence that eyes can be apart: further, and no head is meant.
-const MOST_APART: f64 = 10.0;
-/// Part of their distance that the places of eyes may be off.
-const INEXACT: f64 = 0.01;
 /// Part of its distance from the eye that something is nearer which hides a surface: far beyond what f32 loses.
 const NEARER: f32 = 1e-4;
 /// Of pixels that are traced: yellow and blue of Okabe & Ito 2008, whom colour-blind people can tell apart.
@@ -35,17 +32,30 @@ const AMPLIFIED: u32 = 4;
 /// The pictures.
 const FILES: [&str; 5] = ["left.png", "right.png", "right-traced.png", "traced-pixels.png", "difference.png"];
 
-pub(crate) fn run(args: &StereoArgs) -> anyhow::Result<Outcome> {
+/// The reports, with a GPU: of each eye as it is with reuse, and traced as a whole.
+const REPORTS: [&str; 4] = ["left.json", "right.json", "left-traced.json", "right-traced.json"];
+
+pub(crate) fn run(args: &StereoArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
+    let machine = match args.machine.gpu {
+        Some(_) => Some(two_eyes::machine(&args.machine)?),
+        None if args.machine == MachineArgs::default() => None,
+        None => bail!(
+            "a technique, layout or figure of a machine without --gpu: name the GPU that both eyes are rendered on"
+        ),
+    };
     if settings.features.choice(Feature::Normals).is_some() {
         bail!("--force and --leave-out normals: a picture is shaded by the flat normal; leave them out");
     }
     start_threads(args.run.threads)?;
     let folder = OutputFolder::create(&args.out)?;
     folder.check(&FILES)?;
+    if machine.is_some() {
+        folder.check(&REPORTS)?;
+    }
     let scene = LoadedScene::load(&args.scene)?;
     let frame = Frame::build(&scene, &settings)?;
-    let eyes = eyes(args, &frame)?;
+    let eyes = two_eyes::eyes(&args.eyes, &frame)?;
     let pair = {
         let _progress = Progress::spinner("tracing two eyes");
         Pair::new(&frame, eyes)?
@@ -53,57 +63,23 @@ pub(crate) fn run(args: &StereoArgs) -> anyhow::Result<Outcome> {
     let width = settings.size.width;
     let pictures = FILES.into_iter().zip(pair.pictures());
     let files = pictures.map(|(name, pixels)| Ok((name.to_owned(), write_png(width, &pixels)?)));
-    folder.write_all(&files.collect::<anyhow::Result<Vec<_>>>()?)?;
-    console::print(&pair.text(&frame, eyes))?;
+    let mut files = files.collect::<anyhow::Result<Vec<_>>>()?;
+    let mut text = pair.text(&frame, eyes);
+    if let Some(machine) = &machine {
+        let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
+        let views = eyes.views(&frame.view());
+        let modelled = TwoEyes::new(&frame, views, &pair.reprojection, machine, (&before, meter))?;
+        text.push_str(&modelled.reports().text());
+        text.push_str(&modelled.tiles);
+        let answers = modelled.reusing.iter().chain(&modelled.traced);
+        let reports = REPORTS.into_iter().zip(answers);
+        files.extend(
+            reports.map(|(name, answer)| (name.to_owned(), json::write(&answer.report).into_bytes())),
+        );
+    }
+    folder.write_all(&files)?;
+    console::print(&text)?;
     Ok(Outcome::Done)
-}
-
-fn eyes(args: &StereoArgs, frame: &Frame<'_>) -> anyhow::Result<Eyes> {
-    let Camera { eye, target, .. } = frame.scene().camera;
-    let convergence = args.convergence.unwrap_or_else(|| eye.as_dvec3().distance(target.as_dvec3()));
-    if convergence.is_nan() || convergence <= 0.0 {
-        bail!(
-            "--convergence {convergence}: a depth in front of the eyes expected; give a number above 0, or inf"
-        );
-    }
-    let interaxial = args.interaxial.unwrap_or_else(|| INTERAXIAL * nearest(frame));
-    if !interaxial.is_finite() || interaxial < 0.0 {
-        match args.interaxial {
-            Some(_) => bail!(
-                "--interaxial {interaxial}: a distance between two eyes expected; give a finite number from 0 on"
-            ),
-            None => bail!(
-                "{}: the camera sees no surface whose depth would tell how far apart eyes are; give --interaxial",
-                args.scene
-            ),
-        }
-    }
-    if interaxial > MOST_APART * convergence {
-        bail!(
-            "--interaxial {}: more than {MOST_APART} times the convergence of {}; give a smaller one, or a larger --convergence",
-            digits(interaxial),
-            digits(convergence)
-        );
-    }
-    // Without the sign of a zero.
-    let eyes = Eyes { interaxial: interaxial + 0.0, convergence };
-    let [left, right] = eyes.views(&frame.view()).map(|view| view.eye().as_dvec3());
-    let apart = left.distance(right);
-    if (apart - interaxial).abs() > INEXACT * interaxial {
-        bail!(
-            "--interaxial {}: where the camera is, coordinates of 32 bits put the eyes {} apart; give a larger one, or move the scene to the origin",
-            digits(interaxial),
-            digits(apart)
-        );
-    }
-    Ok(eyes)
-}
-
-/// Depth of the nearest surface that the camera between the eyes sees; infinite without one.
-fn nearest(frame: &Frame<'_>) -> f64 {
-    let [width, height] = frame.size();
-    let between = GBuffer::trace(&frame.structure, frame.triangles(), frame.view(), width, height);
-    f64::from(between.depth().nearest())
 }
 
 /// Both images, and what they took.

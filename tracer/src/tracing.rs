@@ -6,7 +6,7 @@ use crate::caster::Scene;
 use crate::error::Error;
 use crate::observe::Silent;
 use crate::raster::{Raster, RasterTile};
-use crate::ray::{Hit, Query, Ray};
+use crate::ray::{Hit, NOT_CAST, Query, Ray};
 use crate::ray_set::RaySetId;
 use crate::secondary::{SecondaryRays, Surface};
 use crate::topology::Topology;
@@ -37,9 +37,9 @@ pub enum Rays {
         width: u32,
         /// The pixels, by their numbers in rows from the top left.
         pixels: Vec<u32>,
-        /// Of so many, the first ones, all rays are traced; of the others, whose hits another image shows, those alone that
-        /// depend on the view ([`RayKind::depends_on_view`](crate::RayKind::depends_on_view)).
-        whole: u32,
+        /// Of each, whether another image shows what it hits, so that those rays alone are traced that depend on the view
+        /// ([`RayKind::depends_on_view`](crate::RayKind::depends_on_view)).
+        known: Vec<bool>,
     },
     /// Given one by one.
     List(Vec<Ray>),
@@ -69,10 +69,10 @@ impl Rays {
                 let number = u64::from(y) * u64::from(*width) + u64::from(x);
                 PrimaryRay { number, ray: view.primary_ray(x, y), is_known: false }
             }
-            Rays::Pixels { view, width, pixels, whole } => {
+            Rays::Pixels { view, width, pixels, known } => {
                 let pixel = pixels[x as usize];
                 let ray = view.primary_ray(pixel % width, pixel / width);
-                PrimaryRay { number: u64::from(pixel), ray, is_known: x >= *whole }
+                PrimaryRay { number: u64::from(pixel), ray, is_known: known[x as usize] }
             }
             Rays::List(rays) => PrimaryRay { number: u64::from(x), ray: rays[x as usize], is_known: false },
         }
@@ -265,7 +265,7 @@ impl<'a> FrameTracer<'a> {
             for x in every(rect.x, rect.width) {
                 let PrimaryRay { number, ray, is_known } = self.rays.ray(x, y);
                 let hit = if is_known {
-                    primary_set.skip_ray();
+                    primary_set.end_ray(NOT_CAST)?;
                     structure.trace(&ray, Query::Closest, &mut Silent)
                 } else {
                     let mut recorder = Recorder::new(primary_set);

@@ -38,7 +38,7 @@ pub use ray_unit::{RayScheduling, RayUnit};
 pub use reflection_technique::{HitShading, Launch, QueryOrigin, Reflections, ScreenSpace, SecondaryQuery};
 pub use reflections::{PipelineCosts, ReflectionCosts, ReflectionRegisters};
 pub use sourced::{Provenance, Tag};
-pub use stereo::{GBufferFields, InternalMemory, Stereo, StereoCosts};
+pub use stereo::{GBufferFields, InternalMemory, Stereo, StereoCosts, StereoLaunch};
 pub(crate) use technique::VECTOR_BYTES;
 pub use technique::{Attachments, BuiltinTechnique, Present, Raster, Stage, TECHNIQUES, Technique};
 pub use translation::Translation;

@@ -19,8 +19,20 @@ pub struct Stereo {
     pub gbuffer: Attachments,
     /// Its fields.
     pub fields: GBufferFields,
+    /// Which lanes take the pixels of the right eye.
+    pub launch: StereoLaunch,
     /// Pixels that are tested for reprojection errors together, and whose G-buffer is in internal memory at a time: width and height.
     pub tile: [u32; 2],
+}
+
+/// Which lanes take the pixels of the right eye.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StereoLaunch {
+    /// Those of a dispatch over two lists, of the pixels that are traced and of the others: an inspector and its executor.
+    Lists,
+    /// Those of the pixels, which part where some are traced.
+    Pixels,
 }
 
 /// Bytes of a pixel in each field of the G-buffer, each of which is a plane.
@@ -82,6 +94,7 @@ pub struct StereoCosts {
 #[serde(deny_unknown_fields)]
 pub(super) struct StereoFile {
     gbuffer: Attachments,
+    launch: StereoLaunch,
     fields: Sourced<FieldsFile>,
     tile: Sourced<[u32; 2]>,
 }
@@ -115,7 +128,7 @@ impl StereoFile {
             let problem = format!("is [{width}, {height}], expected two sides of 1 to {}", SIDES.end());
             return Err(refuse("stereo.tile", self.tile.value.span(), problem));
         }
-        Ok(Stereo { gbuffer: self.gbuffer, fields, tile })
+        Ok(Stereo { gbuffer: self.gbuffer, launch: self.launch, fields, tile })
     }
 }
 

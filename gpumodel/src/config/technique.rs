@@ -43,6 +43,7 @@ pub const TECHNIQUES: &[BuiltinTechnique] = &[
     builtin!("reflections-visibility-buffer"),
     builtin!("reflections-pipeline"),
     builtin!("stereo"),
+    builtin!("stereo-in-place"),
     builtin!("stereo-memory"),
 ];
 

@@ -7,7 +7,7 @@
 use super::Kernels;
 use super::buffers::{ENTRY_BYTES, SPAN_BYTES};
 use super::eye::Eye;
-use crate::config::{Atomics, Stereo};
+use crate::config::{Atomics, Stereo, StereoLaunch};
 use crate::counters::Pass;
 use crate::dispatch::Running;
 use crate::error::Error;
@@ -198,7 +198,8 @@ impl<S: TileSource> TilePass<'_, '_, S> {
         eye.internal(emitter, PASS, lanes, WORD_BYTES);
         eye.program.spend(kernels.costs.classify, 1, lanes, emitter.issue(PASS));
         let answered = pixels.iter().filter(|&&pixel| tiles.known.left_pixel(pixel).is_some()).count();
-        let lists = [pixels.len() - answered, answered].map(|of_list| of_list > 0);
+        let are_listed = kernels.stereo.launch == StereoLaunch::Lists;
+        let lists = [pixels.len() - answered, answered].map(|of_list| are_listed && of_list > 0);
         let adds = lists.iter().filter(|&&any| any).count() as u64;
         if kernels.in_tiles() {
             eye.internal(emitter, PASS, lanes, ENTRY_BYTES);
@@ -209,11 +210,13 @@ impl<S: TileSource> TilePass<'_, '_, S> {
             let issue = emitter.issue(PASS);
             issue.atomics += adds;
             issue.atomic_clocks += (adds as f64 * (lane_clocks + warp_clocks)).round() as u64;
-            let counters =
-                (0..).zip(lists).filter(|&(_, any)| any).map(|(list, _)| eye.buffers.counter(list));
-            let counter = (BufferKind::Counter, false, PIXEL_BYTES as u32);
-            emitter.access(&eye.program, PASS, counter, counters);
-            emitter.end_turn(&eye.program, PASS, true);
+            if adds > 0 {
+                let of_lists = (0..).zip(lists).filter(|&(_, any)| any);
+                let counters = of_lists.map(|(list, _)| eye.buffers.counter(list));
+                let counter = (BufferKind::Counter, false, PIXEL_BYTES as u32);
+                emitter.access(&eye.program, PASS, counter, counters);
+                emitter.end_turn(&eye.program, PASS, true);
+            }
             let at = pixels.iter().map(|&pixel| eye.buffers.entry(places[pixel as usize]));
             eye.records(emitter, PASS, (true, ENTRY_BYTES), &at);
             emitter.end_turn(&eye.program, PASS, false);

@@ -5,7 +5,7 @@
 //! | left eye | every pixel is traced, and its G-buffer kept; *reprojection* finds where the right eye sees it |
 //! | right eye | *error detection* sorts the pixels of its image into those that are traced and those that are answered; one dispatch takes both lists |
 //!
-//! The sorting is the inspector, and the last dispatch the executor, so that warps have pixels of one sort. What is where, and which pixels are answered, is
+//! The sorting is the inspector, and the last dispatch the executor, so that warps have pixels of one sort; without it, they take them as they lie. What is where, and which pixels are answered, is
 //! executed ([`Reprojection`]); what that costs goes through the same warps, caches and queues as every other frame. Each eye begins with cold caches.
 
 mod buffers;
@@ -19,25 +19,25 @@ mod tests;
 pub use self::error_detection::Window;
 
 use self::eye::Eye;
-use crate::config::{Atomics, Attachments, Stereo, StereoCosts};
+use crate::config::{Atomics, Attachments, Stereo, StereoCosts, StereoLaunch};
 use crate::error::Error;
 use crate::replay::{Fidelity, ReplayConfig, Replayed};
 use tracer::TileSource;
 use tracer::stereo::Reprojection;
 
-/// The pixels of the right image in the order in which they are shaded: those that are traced, then those that the left eye answers; both in tiles
-/// of 32x32 pixels, so that neighbours stay together.
+/// The pixels of the right image in the order in which they are shaded, in tiles of 32x32 pixels: all of them, or first those that are traced, then
+/// those that the left eye answers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PixelOrder {
     /// Their numbers, in rows of the image.
     pub pixels: Vec<u32>,
-    /// Of these, the first ones: traced.
-    pub traced: u32,
+    /// Of each, whether the left eye answers it.
+    pub known: Vec<bool>,
 }
 
 impl PixelOrder {
     /// Of a right image.
-    pub fn new(known: &Reprojection) -> Self {
+    pub fn new(known: &Reprojection, launch: StereoLaunch) -> Self {
         let [width, height] = known.size();
         let frame = tracer::Frame::Image { width, height };
         let of_tile = |index: u32| {
@@ -45,11 +45,14 @@ impl PixelOrder {
             (rect.y..rect.y + rect.height)
                 .flat_map(move |y| (rect.x..rect.x + rect.width).map(move |x| y * width + x))
         };
-        let (mut pixels, answered): (Vec<u32>, Vec<u32>) =
-            (0..frame.tiles()).flat_map(of_tile).partition(|&pixel| known.left_pixel(pixel).is_none());
-        let traced = pixels.len() as u32;
-        pixels.extend(answered);
-        Self { pixels, traced }
+        let is_known = |pixel: u32| known.left_pixel(pixel).is_some();
+        let mut pixels: Vec<u32> = (0..frame.tiles()).flat_map(of_tile).collect();
+        if launch == StereoLaunch::Lists {
+            // Stable: neighbours stay together.
+            pixels.sort_by_key(|&pixel| is_known(pixel));
+        }
+        let known = pixels.iter().map(|&pixel| is_known(pixel)).collect();
+        Self { pixels, known }
     }
 }
 

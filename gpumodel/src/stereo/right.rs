@@ -65,7 +65,7 @@ fn take_pixels<S: TileSource>(
     let lanes = places.clone().count() as u64;
     let sources = places
         .clone()
-        .filter(|&place| place >= order.traced)
+        .filter(|&place| order.known[place as usize])
         .filter_map(|place| kernels.known.left_pixel(order.pixels[place as usize]));
     let answered = sources.clone().count() as u64;
     eye.program.spend(kernels.costs.take, 1, lanes, emitter.issue(PASS));

@@ -148,17 +148,16 @@ fn pixels_without_an_answer_are_those_that_are_traced() {
 }
 
 #[test]
-fn a_list_of_pixels_traces_all_of_the_first_and_reflections_of_the_others() {
+fn a_list_of_pixels_traces_reflections_alone_of_those_that_are_known() {
     let world = World::builtin("atrium");
     let eyes = Eyes { interaxial: world.distance / 30.0, convergence: world.distance };
     let [_, right] = eyes.views(&world.camera);
     let known = world.reprojection(eyes);
     let work = TraversalWork::of(&world.tracer(image(right)), Some(&known)).expect("it can be traced");
-    let (answered, mut pixels): (Vec<u32>, Vec<u32>) =
-        (0..SIZE[0] * SIZE[1]).partition(|&pixel| known.left_pixel(pixel).is_some());
-    let whole = pixels.len() as u32;
-    pixels.extend(answered);
-    let list = world.tracer(Rays::Pixels { view: right, width: SIZE[0], pixels, whole });
+    // From the last pixel to the first.
+    let pixels: Vec<u32> = (0..SIZE[0] * SIZE[1]).rev().collect();
+    let is_known = pixels.iter().map(|&pixel| known.left_pixel(pixel).is_some()).collect();
+    let list = world.tracer(Rays::Pixels { view: right, width: SIZE[0], pixels, known: is_known });
     let listed = TraversalWork::of(&list, None).expect("it can be traced");
     assert!(listed.reusable > 0 && listed.view_dependent > 0);
     assert_eq!((listed.reusable, listed.view_dependent), (work.unanswered, work.view_dependent));
