@@ -300,7 +300,7 @@ pub(crate) struct HardwareArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct ClaimsArgs {
-    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU; C is Calvo Lista 2026, ray tracing and reflections on
+    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU; B is Lee et al. 2017, two eyes; C is Calvo Lista 2026, ray tracing and reflections on
     /// Mali GPUs.
     #[arg(long, value_name = "LETTER")]
     pub(crate) paper: String,

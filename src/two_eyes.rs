@@ -115,6 +115,9 @@ pub(crate) struct TwoEyes {
 }
 
 impl TwoEyes {
+    /// Frames that are replayed.
+    pub(crate) const REPLAYS: usize = 4;
+
     /// Replays all four frames; `known` is what the left view shows, as the right one sees it.
     ///
     /// # Errors

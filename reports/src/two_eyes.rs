@@ -41,14 +41,6 @@ impl TwoEyes<'_> {
         (reusing > 0.0).then(|| kernels / reusing)
     }
 
-    /// How much of the time that ray units are busy reuse takes away, from 0 to 1; none without a ray unit.
-    pub fn ray_unit_saving(&self) -> Option<f64> {
-        let [traced, reusing] =
-            [self.traced, self.reusing].map(|eyes| eyes.map(|report| busiest_of_ray_unit(report)));
-        let sum = |eyes: [f64; 2]| eyes.into_iter().sum::<f64>();
-        (sum(traced) > 0.0).then(|| 1.0 - sum(reusing) / sum(traced))
-    }
-
     /// As a table.
     pub fn text(&self) -> String {
         let [left, _] = self.reusing;
@@ -126,8 +118,8 @@ fn pass_ms(eyes: [&Report; 2], pass: &str) -> f64 {
     eyes.into_iter().filter_map(of).sum()
 }
 
-/// Seconds of the busiest part of a ray unit.
-fn busiest_of_ray_unit(report: &Report) -> f64 {
+/// Seconds for which the busiest part of a frame's ray units works, its port, boxes or triangles; 0 without a ray unit.
+pub fn ray_unit_seconds(report: &Report) -> f64 {
     let parts = report.bounds.iter().filter(|bound| bound.name.starts_with("ray unit"));
     parts.map(|bound| bound.seconds).fold(0.0, f64::max)
 }

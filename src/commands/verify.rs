@@ -151,7 +151,7 @@ impl Texts {
             "image": conditions.image,
             "scenes": scenes,
             "traces": measured.traces,
-            "replays": measured.answers.len(),
+            "replays": measured.replays,
             "threads": rayon::current_num_threads(),
             "wall_s": meter.wall_s(),
             "peak_rss_bytes": meter::peak_rss_bytes(),
@@ -164,7 +164,7 @@ impl Texts {
         let footer = format!(
             "{} traces, {} replays of them, in {:.0} s of wall time on {} threads; images of {}x{}.\n",
             measured.traces,
-            measured.answers.len(),
+            measured.replays,
             meter.wall_s(),
             rayon::current_num_threads(),
             conditions.image[0],

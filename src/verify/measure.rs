@@ -1,8 +1,10 @@
 //! Measures what claims need: every scene is loaded once, every trace made once, and all replays of a trace share it.
 
 use super::audits::{Audit, Audited};
+use super::eyes::{Eyes, Pair};
 use super::plan::{Plan, Use};
 use super::{formulas, metrics};
+use crate::args::MachineArgs;
 use crate::console;
 use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
@@ -10,6 +12,7 @@ use crate::meter::Meter;
 use crate::reflections;
 use crate::report::{self, Answer, Before};
 use crate::settings::FrameSettings;
+use crate::two_eyes::{self, TwoEyes};
 use gpumodel::Maps;
 use reports::claims::{ClaimSet, Measurements, SceneRole, Setup};
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,6 +36,8 @@ pub(crate) struct Measured {
     pub(crate) scenes: BTreeMap<String, String>,
     /// Traces made.
     pub(crate) traces: usize,
+    /// Replays of them.
+    pub(crate) replays: usize,
 }
 
 /// Setups with the metrics that are needed of each.
@@ -45,6 +50,7 @@ pub(crate) fn all(claims: &ClaimSet, conditions: &Conditions<'_>, meter: &Meter)
         answers: BTreeMap::new(),
         scenes: BTreeMap::new(),
         traces: 0,
+        replays: 0,
     };
     let needs = claims.needs();
     for role in &claims.scenes {
@@ -149,6 +155,8 @@ fn measure_frame(
                 let rate = metrics::cpu_mrays_per_second(&frame, conditions.image);
                 measured.measurements.figure(setup, "cpu_mrays_per_second", rate);
             }
+            // Below, all of a frame together.
+            Use::Eyes(..) => {}
             Use::Replay(machine) => match Machine::new(machine) {
                 Ok(machine) if metrics.iter().any(|metric| Audit::named(metric).is_none()) => {
                     replays.push((planned, machine));
@@ -163,6 +171,7 @@ fn measure_frame(
             }
         }
     }
+    measure_eyes(&frame, setups, (scene.load_s, meter), measured)?;
     let wants = |audit: &Audit| setups.iter().any(|planned| planned.metrics.contains(audit.name()));
     let audits: Vec<Audit> = Audit::ALL.into_iter().filter(wants).collect();
     if replays.is_empty() && audits.is_empty() {
@@ -193,6 +202,7 @@ fn measure_frame(
     }
     for ((planned, machine), mut answer) in of_tiles.into_iter().chain(of_lists).zip(answers) {
         let Planned { setup, metrics, .. } = planned;
+        measured.replays += 1;
         record(setup, metrics, &answer, &machine, &mut measured.measurements);
         if !(conditions.maps)(setup) {
             answer.replayed.maps = None;
@@ -202,6 +212,48 @@ fn measure_frame(
     for (audit, found) in source.found() {
         for Planned { setup, .. } in setups.iter().filter(|planned| planned.metrics.contains(audit.name())) {
             measured.measurements.figure(setup, audit.name(), found as f64);
+        }
+    }
+    Ok(())
+}
+
+/// The frames of two eyes, each machine's once.
+fn measure_eyes(
+    frame: &Frame<'_>,
+    setups: &[Planned],
+    (load_s, meter): (f64, &Meter),
+    measured: &mut Measured,
+) -> anyhow::Result<()> {
+    let mut of_machines: Vec<(&MachineArgs, Vec<(&Planned, Eyes)>)> = Vec::new();
+    for planned in setups {
+        let Use::Eyes(machine, eyes) = &planned.plan.used else { continue };
+        match of_machines.iter_mut().find(|(other, _)| *other == &**machine) {
+            Some((_, of_machine)) => of_machine.push((planned, *eyes)),
+            None => of_machines.push((machine, vec![(planned, *eyes)])),
+        }
+    }
+    if of_machines.is_empty() {
+        return Ok(());
+    }
+    let pair = Pair::new(frame)?;
+    let before = Before { load_s, build_s: Some(frame.build_s) };
+    for (machine, planned) in of_machines {
+        measured.traces += 1;
+        measured.replays += TwoEyes::REPLAYS;
+        let figures = two_eyes::machine(machine).and_then(|machine| pair.on(&machine, &before, meter));
+        for (Planned { setup, metrics, .. }, eyes) in planned {
+            match &figures {
+                Err(error) => measured.measurements.failed(setup, &format!("{error:#}")),
+                Ok([traced, reusing]) => {
+                    let figures = if eyes == Eyes::Traced { traced } else { reusing };
+                    for (metric, figure) in figures.iter().filter(|(metric, _)| metrics.contains(metric)) {
+                        match figure {
+                            Ok(figure) => measured.measurements.figure(setup, metric, *figure),
+                            Err(reason) => measured.measurements.absent(setup, metric, reason),
+                        }
+                    }
+                }
+            }
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 mod audits;
+mod eyes;
 mod formulas;
 pub(crate) mod hardware;
 pub(crate) mod measure;

@@ -1,5 +1,6 @@
 //! From a claim's setup to what must be traced and replayed for it.
 
+use super::eyes::Eyes;
 use crate::args::{FrameArgs, MachineArgs};
 use crate::vary::Axis;
 use reports::claims::Setup;
@@ -17,6 +18,8 @@ pub(super) struct Plan {
 pub(super) enum Use {
     /// Replayed through a machine.
     Replay(Box<MachineArgs>),
+    /// The frames of two eyes replayed through a machine.
+    Eyes(Box<MachineArgs>, Eyes),
     /// Not recorded: the time of the unobserved tracer on one thread of this machine.
     Cpu,
 }
@@ -44,11 +47,12 @@ impl Plan {
     pub(super) fn of(setup: &Setup, [width, height]: [u32; 2], force: &[String]) -> anyhow::Result<Self> {
         let mut frame = FrameArgs { size: Some(format!("{width}x{height}")), ..FrameArgs::default() };
         let mut machine = MachineArgs::default();
-        let mut on_cpu = false;
+        let (mut on_cpu, mut eyes) = (false, None);
         for (axis, value) in setup.axes.iter().filter(|(_, value)| *value != DEFAULT) {
             let figure = MACHINES.iter().find(|(name, _)| axis == "gpu" && name == value);
             match (axis.as_str(), value.as_str()) {
                 ("technique", "cpu") => on_cpu = true,
+                ("eyes", name) => eyes = Some(Eyes::named(name)?),
                 ("traversal", "grid") => Axis::Traversal.apply("grid-dda", &mut frame, &mut machine)?,
                 ("traversal", name) => {
                     Axis::Traversal.apply(&name.replace(' ', "-"), &mut frame, &mut machine)?;
@@ -62,7 +66,11 @@ impl Plan {
         }
         frame.force.extend_from_slice(force);
         set_of_structure(setup, &mut frame)?;
-        let used = if on_cpu { Use::Cpu } else { Use::Replay(Box::new(machine)) };
+        let used = match eyes {
+            Some(eyes) => Use::Eyes(Box::new(machine), eyes),
+            None if on_cpu => Use::Cpu,
+            None => Use::Replay(Box::new(machine)),
+        };
         Ok(Self { frame, used })
     }
 
@@ -92,6 +100,7 @@ mod tests {
     use super::*;
     use crate::machine::Machine;
     use crate::settings::FrameSettings;
+    use crate::two_eyes;
     use reports::claims::{EMBEDDED, Paper};
 
     fn setup(axes: &[(&str, &str)]) -> Setup {
@@ -110,6 +119,7 @@ mod tests {
             FrameSettings::new(&plan.frame)?;
             match plan.used {
                 Use::Replay(machine) => Machine::new(&machine).map(drop),
+                Use::Eyes(machine, _) => two_eyes::machine(&machine).map(drop),
                 Use::Cpu => Ok(()),
             }
         };

@@ -22,6 +22,11 @@ pub const EMBEDDED: &[Embedded] = &[
         text: include_str!("../../../configs/claims/sousa-2019.toml"),
     },
     Embedded {
+        letter: "B",
+        file: "configs/claims/lee-2017.toml",
+        text: include_str!("../../../configs/claims/lee-2017.toml"),
+    },
+    Embedded {
         letter: "C",
         file: "configs/claims/calvo-lista-2026.toml",
         text: include_str!("../../../configs/claims/calvo-lista-2026.toml"),
