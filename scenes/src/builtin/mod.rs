@@ -2,10 +2,12 @@
 
 mod atrium;
 mod builder;
+mod chess;
 mod cornell;
 mod figure;
 mod newell;
 mod numeric;
+mod shapes;
 mod soup;
 mod stadium;
 mod teapot;
@@ -67,6 +69,7 @@ pub fn builtin(name: &str) -> Option<Scene> {
         "figure" => Some(figure::scene()),
         "atrium" => Some(atrium::scene()),
         "soup" => Some(soup::scene()),
+        "chess" => Some(chess::scene()),
         _ => None,
     }
 }
