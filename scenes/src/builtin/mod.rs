@@ -2,9 +2,11 @@
 
 mod atrium;
 mod builder;
+mod car;
 mod chess;
 mod cornell;
 mod figure;
+mod laboratory;
 mod newell;
 mod numeric;
 mod shapes;
@@ -70,6 +72,8 @@ pub fn builtin(name: &str) -> Option<Scene> {
         "atrium" => Some(atrium::scene()),
         "soup" => Some(soup::scene()),
         "chess" => Some(chess::scene()),
+        "car" => Some(car::scene()),
+        "laboratory" => Some(laboratory::scene()),
         _ => None,
     }
 }

@@ -58,7 +58,11 @@ pub(super) fn smooth(points: &[(f64, f64)], steps: u32) -> Vec<(f64, f64)> {
             let blend = |a: f64, b: f64, c: f64, d: f64| {
                 b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
             };
-            curve.push(if step == steps { c } else { (blend(a.0, b.0, c.0, d.0), blend(a.1, b.1, c.1, d.1)) });
+            curve.push(if step == steps {
+                c
+            } else {
+                (blend(a.0, b.0, c.0, d.0), blend(a.1, b.1, c.1, d.1))
+            });
         }
     }
     curve
