@@ -63,10 +63,10 @@ pub(super) fn scene() -> Scene {
             glass("nickel sulphate", Vec3::new(0.05, 0.5, 0.2)),
         ],
         camera: Camera {
-            eye: Vec3::new(-8.0, 21.0, 62.0),
-            target: Vec3::new(0.0, 12.5, 0.0),
+            eye: Vec3::new(-9.0, 25.0, 64.0),
+            target: Vec3::new(0.0, 14.0, 0.0),
             up: Vec3::Y,
-            vertical_fov_degrees: 30.0,
+            vertical_fov_degrees: 34.0,
         },
         lights: vec![
             Light::Point { position: Vec3::new(-50.0, 80.0, 60.0) },
@@ -186,19 +186,10 @@ fn cylinder(radius: f64, height: f64) -> Vec<(f64, f64)> {
 }
 
 fn bottle(radius: f64, height: f64) -> Vec<(f64, f64)> {
-    let mut profile = vec![(0.0, 0.0), (radius - 0.5, 0.0)];
     let neck = 0.4 * radius;
-    profile.extend(smooth(
-        &[
-            (radius - 0.1, 0.12),
-            (radius, 0.6),
-            (radius, 0.62 * height),
-            (0.8 * radius, 0.73 * height),
-            (neck, 0.8 * height),
-            (neck, 0.95 * height),
-        ],
-        3,
-    ));
+    let mut profile = vec![(0.0, 0.0), (radius - 0.5, 0.0), (radius - 0.1, 0.12), (radius, 0.6)];
+    let shoulder = [(radius, 0.62), (0.8 * radius, 0.75), (neck, 0.82), (neck, 0.96)];
+    profile.extend(smooth(&shoulder.map(|(r, h)| (r, h * height)), 3));
     profile.push((neck + 0.2, height));
     profile
 }
@@ -255,10 +246,10 @@ fn rack(b: &mut Builder, foot: DVec3) {
     for i in 0..8_u32 {
         let place = Place::upright(foot + DVec3::new(f64::from(i) * 2.25 - 7.9, 3.95, 0.0));
         b.material = GLASS;
-        vessel(b, &place, 40, &tube);
+        vessel(b, &place, 36, &tube);
         if i != 5 {
             b.material = LIQUID + i % 4;
-            liquid(b, &place, 40, &tube, 3.0 + f64::from(i * 7 % 5));
+            liquid(b, &place, 36, &tube, 3.0 + f64::from(i * 7 % 5));
         }
     }
 }
@@ -318,15 +309,15 @@ fn shelf(b: &mut Builder, random: &mut SplitMix64) {
         let (radius, height) = (random.between(2.8, 3.5), random.between(9.5, 13.0));
         let outer = bottle(radius, height);
         b.material = if i % 3 == 1 { BROWN_GLASS } else { GLASS };
-        vessel(b, &place, 48, &outer);
+        vessel(b, &place, 40, &outer);
         let stopper = [(0.0, 0.93), (0.26, 0.94), (0.3, 1.02), (0.46, 1.06), (0.46, 1.11), (0.0, 1.13)];
-        b.turn(&place, 32, &stopper.map(|(r, h)| (r * radius * 0.9, h * height)));
+        b.turn(&place, 28, &stopper.map(|(r, h)| (r * radius * 0.9, h * height)));
         b.material = LIQUID + i as u32 % 4;
-        liquid(b, &place, 48, &outer, height * random.between(0.3, 0.6));
+        liquid(b, &place, 40, &outer, height * random.between(0.3, 0.6));
         b.material = LABEL;
         b.grid(24, 1, |u, v| {
             let (s, c) = sin_cos(0.1 + 0.3 * u);
-            place.at((radius + 0.02) * c, height * (0.2 + 0.3 * v), (radius + 0.02) * s)
+            place.at((radius + 0.03) * c, height * (0.2 + 0.3 * v), (radius + 0.03) * s)
         });
     }
 }

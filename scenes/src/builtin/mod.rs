@@ -7,12 +7,14 @@ mod chess;
 mod cornell;
 mod figure;
 mod laboratory;
+mod music_box;
 mod newell;
 mod numeric;
 mod shapes;
 mod soup;
 mod stadium;
 mod teapot;
+mod village;
 
 use crate::Scene;
 pub use numeric::sin_cos;
@@ -74,6 +76,8 @@ pub fn builtin(name: &str) -> Option<Scene> {
         "chess" => Some(chess::scene()),
         "car" => Some(car::scene()),
         "laboratory" => Some(laboratory::scene()),
+        "music-box" => Some(music_box::scene()),
+        "village" => Some(village::scene()),
         _ => None,
     }
 }

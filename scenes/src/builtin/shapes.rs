@@ -116,6 +116,17 @@ impl Builder {
         });
     }
 
+    /// The six faces of a box between two corners in the axes of `place`: 12 triangles.
+    pub(super) fn block(&mut self, place: &Place, min: DVec3, max: DVec3) {
+        let corner = |i: usize| {
+            let pick = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };
+            place.at(pick(1, min.x, max.x), pick(2, min.y, max.y), pick(4, min.z, max.z))
+        };
+        for face in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3]] {
+            self.quad(face.map(corner));
+        }
+    }
+
     /// A closed ellipsoid about the origin of `place`: `2 * sides * (rings - 1)` triangles.
     pub(super) fn ellipsoid(&mut self, place: &Place, half: DVec3, sides: u32, rings: u32) {
         self.rounded(place, half, sides, rings, |v| v);
