@@ -26,8 +26,8 @@ const WATER: u32 = 10;
 /// Middle of the village's hill.
 const HILL: (f64, f64) = (22.0, -150.0);
 /// Middle and half lengths of the pond, and the height of its water.
-const POND: (f64, f64) = (21.0, -24.0);
-const POND_HALF: (f64, f64) = (11.0, 8.0);
+const POND: (f64, f64) = (27.0, -13.0);
+const POND_HALF: (f64, f64) = (15.0, 12.0);
 const WATER_LEVEL: f64 = -0.9;
 /// Rows of lavender: the first and the distance between two, along x; from near to far along z.
 const ROWS: u32 = 34;
@@ -74,7 +74,7 @@ pub(super) fn scene() -> Scene {
         ],
         camera: Camera {
             eye: Vec3::new(-8.0, 7.5, 42.0),
-            target: Vec3::new(4.0, 7.5, -60.0),
+            target: Vec3::new(5.0, 3.0, -60.0),
             up: Vec3::Y,
             vertical_fov_degrees: 34.0,
         },
@@ -97,7 +97,7 @@ fn height(x: f64, z: f64) -> f64 {
     let far = ((-z - 280.0) / 420.0).clamp(0.0, 1.0);
     let ridge = 1.0 - noise(DVec3::new(x / 260.0, 0.0, z / 260.0), 3).abs();
     let crags = noise(DVec3::new(x / 60.0, 0.0, z / 60.0), 4);
-    let mountains = far * far * (3.0 - 2.0 * far) * (130.0 * ridge + 12.0 * crags - 20.0);
+    let mountains = far * far * (3.0 - 2.0 * far) * (200.0 * ridge + 18.0 * crags - 30.0);
     rolling + hill - pit + mountains
 }
 
@@ -240,11 +240,11 @@ fn church(b: &mut Builder, foot: DVec3) {
 
 /// Broad trees by the fields and on the slopes, cypresses by the road and among the houses.
 fn woods(b: &mut Builder, random: &mut SplitMix64) {
-    for _ in 0..46 {
+    for _ in 0..51 {
         let (x, z) = (random.between(14.0, 80.0), random.between(-80.0, -38.0));
         broad_tree(b, random, on_ground(x, z), 1300);
     }
-    for _ in 0..40 {
+    for _ in 0..71 {
         let (x, z) = (random.between(-110.0, -40.0), random.between(-150.0, -66.0));
         broad_tree(b, random, on_ground(x, z), 900);
     }
