@@ -256,12 +256,14 @@ fn trim(b: &mut Builder, side: f64) {
     b.pipe(&[DVec3::new(0.78, 0.94, 0.78 * side), DVec3::new(0.78, 0.97, 0.9 * side)], 0.02, 10);
 }
 
+/// Backs and headrests of the seats, over the height of the doors.
 fn seats(b: &mut Builder, side: f64) {
     b.material = SEAT;
-    for (x, height) in [(0.1, 0.5), (-0.8, 0.52)] {
-        let place = Place::upright(DVec3::new(x, height, 0.36 * side));
-        b.cushion(&place, DVec3::new(0.26, 0.1, 0.25), 24, 12);
-        let back = Place::along(DVec3::new(x - 0.28, height + 0.3, 0.36 * side), DVec3::new(-0.2, 1.0, 0.0));
-        b.cushion(&back, DVec3::new(0.24, 0.32, 0.08), 24, 12);
+    for x in [-0.18, -1.05] {
+        let lean = DVec3::new(-0.2, 1.0, 0.0);
+        let back = Place::along(DVec3::new(x, 1.0, 0.34 * side), lean);
+        b.cushion(&back, DVec3::new(0.22, 0.18, 0.06), 24, 12);
+        let headrest = Place::along(DVec3::new(x - 0.045, 1.24, 0.34 * side), lean);
+        b.cushion(&headrest, DVec3::new(0.11, 0.06, 0.045), 24, 12);
     }
 }

@@ -207,13 +207,13 @@ fn glassware(b: &mut Builder) {
     };
     fill(on_bench(-25.0, -4.0), &erlenmeyer(6.5, 16.0), 5.0, 0);
     fill(on_bench(15.0, 10.0), &erlenmeyer(4.5, 11.0), 4.0, 1);
-    fill(on_bench(27.0, -2.0), &erlenmeyer(5.5, 14.0), 6.5, 3);
-    fill(on_bench(17.0, -8.0), &cylinder(2.0, 24.0), 15.0, 2);
+    fill(on_bench(29.0, -1.0), &erlenmeyer(5.5, 14.0), 6.5, 3);
+    fill(on_bench(21.9, -9.0), &cylinder(2.0, 24.0), 15.0, 2);
     fill(on_bench(-33.0, 5.0), &cylinder(1.6, 19.0), 9.0, 3);
     fill(on_bench(24.5, 11.0), &beaker(3.4, 8.0), 3.5, 2);
     fill(on_bench(3.0, 12.0), &beaker(4.4, 10.0), 5.0, 0);
-    fill(on_bench(-25.0, 12.0), &beaker(3.0, 7.0), 0.0, 0);
-    fill(on_bench(35.0, 7.0), &beaker(4.0, 11.0), 6.0, 1);
+    fill(on_bench(-28.5, 14.0), &beaker(3.0, 7.0), 0.0, 0);
+    fill(on_bench(36.0, 8.0), &beaker(4.0, 11.0), 6.0, 1);
     fill(on_bench(-13.0, -10.0), &erlenmeyer(5.0, 13.0), 4.5, 2);
 }
 
@@ -254,7 +254,7 @@ fn rack(b: &mut Builder, foot: DVec3) {
     }
 }
 
-/// A round flask over a burner, held by a clamp, with a cork and a tube that is bent down into a beaker.
+/// A round flask over a burner, held by a clamp, with a cork and a tube that is bent down into a cylinder.
 fn stand(b: &mut Builder, foot: DVec3) {
     b.material = STEEL;
     b.cuboid(foot + DVec3::new(-7.0, 0.0, -5.0), foot + DVec3::new(7.0, 0.8, 5.0));

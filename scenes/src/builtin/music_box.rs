@@ -239,7 +239,7 @@ fn train(b: &mut Builder) {
     gear(b, &along(8.3, 5.2, -3.25), 48, 2.0, 0.3);
     gear(b, &along(9.2, 6.4, -5.7), 36, 1.3, 0.25);
     for x in [-8.0, 10.0] {
-        b.cuboid(DVec3::new(x, PLATE, -6.6), DVec3::new(x + 0.4, AXIS + 1.2, -4.2));
+        b.cuboid(DVec3::new(x, PLATE, -6.6), DVec3::new(x + 0.4, AXIS + 1.2, -2.6));
         b.cuboid(DVec3::new(x, PLATE, -1.0), DVec3::new(x + 0.4, AXIS + 0.8, 1.0));
     }
     b.material = STEEL;
@@ -249,7 +249,7 @@ fn train(b: &mut Builder) {
         b.turn(&along(6.9, y, z), 20, &[(0.0, 0.0), (0.14, 0.0), (0.14, 3.6), (0.0, 3.6)]);
     }
     // The brake: a worm with two vanes.
-    let worm = DVec3::new(9.4, PLATE, -3.4);
+    let worm = DVec3::new(9.4, PLATE, -4.1);
     let turns = 9.0;
     b.skin(24, 121, |ring, around| {
         let v = f64::from(ring) / 120.0;
@@ -258,9 +258,9 @@ fn train(b: &mut Builder) {
         let radius = 0.22 + 0.06 * thread;
         worm + DVec3::new(radius * c, 1.2 + 3.0 * v, radius * s)
     });
-    b.turn(&Place::upright(worm), 20, &[(0.1, 0.0), (0.1, 6.0), (0.0, 6.1)]);
+    b.turn(&Place::upright(worm), 20, &[(0.1, 0.0), (0.1, 6.3), (0.0, 6.4)]);
     b.material = BRASS;
-    b.cuboid(worm + DVec3::new(-1.2, 4.6, -0.03), worm + DVec3::new(1.2, 5.7, 0.03));
+    b.cuboid(worm + DVec3::new(-1.2, 4.9, -0.03), worm + DVec3::new(1.2, 6.0, 0.03));
 }
 
 /// The spring's barrel at the left, with a wheel and turned grooves.

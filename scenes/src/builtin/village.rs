@@ -27,7 +27,7 @@ const WATER: u32 = 10;
 const HILL: (f64, f64) = (22.0, -150.0);
 /// Middle and half lengths of the pond, and the height of its water.
 const POND: (f64, f64) = (27.0, -13.0);
-const POND_HALF: (f64, f64) = (15.0, 12.0);
+const POND_HALF: (f64, f64) = (12.5, 10.0);
 const WATER_LEVEL: f64 = -0.9;
 /// Rows of lavender: the first and the distance between two, along x; from near to far along z.
 const ROWS: u32 = 34;
@@ -43,12 +43,12 @@ pub(super) fn scene() -> Scene {
     b.turn(
         &Place::upright(DVec3::new(POND.0, WATER_LEVEL, POND.1)),
         64,
-        &[(POND_HALF.0 * 1.2, 0.0), (0.0, 0.0)],
+        &[(POND_HALF.0 * 1.4, 0.0), (0.0, 0.0)],
     );
     lavender(&mut b, &mut random);
-    streets(&mut b, &mut random);
+    let houses = streets(&mut b, &mut random);
     church(&mut b, on_ground(HILL.0, HILL.1));
-    woods(&mut b, &mut random);
+    woods(&mut b, &mut random, &houses);
     dry_wall(&mut b, &mut random);
     Scene {
         name: "village".into(),
@@ -140,18 +140,21 @@ fn lavender(b: &mut Builder, random: &mut SplitMix64) {
 /// Flowers of a row.
 const FLOWERS: u32 = 2000;
 
-/// Houses in rings around the church, the fronts down the hill.
-fn streets(b: &mut Builder, random: &mut SplitMix64) {
+/// Houses in rings around the church, the fronts down the hill; where they stand.
+fn streets(b: &mut Builder, random: &mut SplitMix64) -> Vec<DVec3> {
+    let mut houses = Vec::new();
     for (ring, count) in [(22.0, 9), (40.0, 17), (58.0, 24), (77.0, 28)] {
         for i in 0..count {
-            let turns = (f64::from(i) + random.between(0.2, 0.8)) / f64::from(count);
+            let turns = (f64::from(i) + random.between(0.35, 0.65)) / f64::from(count);
             let (s, c) = sin_cos(turns);
             let radius = ring + random.between(-3.0, 3.0);
             let foot = on_ground(HILL.0 + radius * c, HILL.1 + radius * s);
             let place = Place::turned(foot, turns + 0.25 + random.between(-0.03, 0.03));
             house(b, random, &place);
+            houses.push(foot);
         }
     }
+    houses
 }
 
 /// Walls with shuttered windows and a roof of pantiles, the ridge along x.
@@ -239,25 +242,33 @@ fn church(b: &mut Builder, foot: DVec3) {
 }
 
 /// Broad trees by the fields and on the slopes, cypresses by the road and among the houses.
-fn woods(b: &mut Builder, random: &mut SplitMix64) {
+fn woods(b: &mut Builder, random: &mut SplitMix64, houses: &[DVec3]) {
     for _ in 0..51 {
-        let (x, z) = (random.between(14.0, 80.0), random.between(-80.0, -38.0));
+        let (x, z) = (random.between(14.0, 80.0), random.between(-64.0, -36.0));
         broad_tree(b, random, on_ground(x, z), 1300);
     }
     for _ in 0..71 {
-        let (x, z) = (random.between(-110.0, -40.0), random.between(-150.0, -66.0));
+        let (x, z) = (random.between(-115.0, -64.0), random.between(-150.0, -60.0));
         broad_tree(b, random, on_ground(x, z), 900);
     }
     for i in 0..12 {
         let foot = on_ground(11.0 + random.between(-0.4, 0.4), 18.0 - 9.0 * f64::from(i));
         cypress(b, random, foot, 1000);
     }
-    for _ in 0..70 {
+    let mut planted = 0;
+    while planted < 70 {
         let (s, c) = sin_cos(random.unit());
         let radius = random.between(30.0, 95.0);
-        cypress(b, random, on_ground(HILL.0 + radius * c, HILL.1 + radius * s), 600);
+        let foot = on_ground(HILL.0 + radius * c, HILL.1 + radius * s);
+        if houses.iter().all(|&house| (house - foot).dot(house - foot) > CLEARING * CLEARING) {
+            cypress(b, random, foot, 600);
+            planted += 1;
+        }
     }
 }
+
+/// From the middle of a house to the next cypress.
+const CLEARING: f64 = 8.0;
 
 /// A trunk that forks, under a crown of loose leaves.
 fn broad_tree(b: &mut Builder, random: &mut SplitMix64, foot: DVec3, leaves: u32) {
