@@ -110,9 +110,28 @@ impl SecondaryRays {
         let glossy = |rays: &ReflectionRays| matches!(rays, ReflectionRays::Glossy(_));
         if self.reflections.iter().flatten().any(glossy) { self.samples } else { 1 }
     }
+}
 
-    /// Casts the rays that follow `hit`, which `direction` (unit length) led to, into the sets of [`Self::ray_sets`]. `lines` takes the first
-    /// reflection ray, if there is one. Returns how many traversals their loop bound ended.
+/// Secondary rays with what only a look at every triangle tells.
+pub(crate) struct PreparedRays {
+    rays: SecondaryRays,
+    reflection_samples: u32,
+}
+
+impl From<SecondaryRays> for PreparedRays {
+    fn from(rays: SecondaryRays) -> Self {
+        Self { reflection_samples: rays.reflection_samples(), rays }
+    }
+}
+
+impl PreparedRays {
+    /// Whether reflection rays are among them.
+    pub(crate) fn reflect(&self) -> bool {
+        self.rays.reflections.is_some()
+    }
+
+    /// Casts the rays that follow `hit`, which `direction` (unit length) led to, into the sets of [`SecondaryRays::ray_sets`]. `lines`
+    /// takes the first reflection ray, if there is one. Returns how many traversals their loop bound ended.
     ///
     /// # Errors
     /// When the tile takes too many steps.
@@ -133,9 +152,10 @@ impl SecondaryRays {
         }
         let mut caster = Caster::new(scene, sets);
         let from = scene.departure(hit, direction);
-        let points = |kind: RayKind, light: usize| points(self.seed, pixel, kind, light);
-        if let Some(SoftShadows { lights, radius }) = &self.soft_shadows {
-            for sample in 0..self.samples {
+        let Self { rays, reflection_samples } = self;
+        let points = |kind: RayKind, light: usize| points(rays.seed, pixel, kind, light);
+        if let Some(SoftShadows { lights, radius }) = &rays.soft_shadows {
+            for sample in 0..rays.samples {
                 for (light, &middle) in lights.iter().enumerate() {
                     let point = points(RayKind::SoftShadow, light).point(sample);
                     let ray = from.shadow_ray(point_of_sphere(middle, *radius, from.origin, point));
@@ -143,8 +163,8 @@ impl SecondaryRays {
                 }
             }
         }
-        if let Some(reflections) = &self.reflections {
-            let points = reflection_points(self.seed, pixel);
+        if let Some(reflections) = &rays.reflections {
+            let points = reflection_points(rays.seed, pixel);
             let surface = reflections[hit.primitive as usize];
             let ray = |sample: u32| {
                 let reflected = surface.direction(sample, direction, from.normal, &points);
@@ -153,23 +173,23 @@ impl SecondaryRays {
             if let (Some(lines), Some(ray)) = (lines, ray(0)) {
                 lines.push(RayLine { origin: ray.origin.to_array(), direction: ray.direction.to_array() });
             }
-            for sample in 0..self.reflection_samples() {
-                caster.cast_and_light(ray(sample), &self.lights)?;
+            for sample in 0..*reflection_samples {
+                caster.cast_and_light(ray(sample), &rays.lights)?;
             }
         }
-        if let Some(radius) = self.ambient_occlusion {
+        if let Some(radius) = rays.ambient_occlusion {
             let points = points(RayKind::AmbientOcclusion, 0);
-            for sample in 0..self.samples {
+            for sample in 0..rays.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
                 let ray = Ray { t_max: radius, ..from.ray(direction) };
                 caster.cast(Some(ray), Query::Any)?;
             }
         }
-        if self.diffuse {
+        if rays.diffuse {
             let points = points(RayKind::Diffuse, 0);
-            for sample in 0..self.samples {
+            for sample in 0..rays.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
-                caster.cast_and_light(Some(from.ray(direction)), &self.lights)?;
+                caster.cast_and_light(Some(from.ray(direction)), &rays.lights)?;
             }
         }
         Ok(caster.stalls())
@@ -243,6 +263,7 @@ mod tests {
             diffuse: true,
             lights: lights.clone(),
         };
+        let prepared = PreparedRays::from(rays.clone());
         let structure =
             AccelerationStructure::build(&triangles, Traversal::BvhStack, &BuildOptions::default())
                 .expect("it builds");
@@ -254,7 +275,8 @@ mod tests {
             let primary = view.primary_ray(pixel % 20, pixel / 20);
             let hit = brute_force(&triangles, &primary);
             let mut sets = vec![RaySet::default(); rays.ray_sets().len()];
-            rays.cast(&scene, u64::from(pixel), (&hit, primary.direction), &mut sets, None)
+            prepared
+                .cast(&scene, u64::from(pixel), (&hit, primary.direction), &mut sets, None)
                 .expect("few steps");
             let mut expected = Expected { triangles: &triangles, offset, answers: Vec::new() };
             if hit.is_hit() {

@@ -147,8 +147,8 @@ fn sections() -> Vec<f64> {
     all
 }
 
-/// A point of the cabin: `turns` around from the front, `up` from the shoulder (0) to the middle of the roof (1), moved out by
-/// `out`.
+/// A point of the cabin, moved out by `out`: `turns` around from the front, `up` from the shoulder (0) to the middle of the
+/// roof (1).
 fn dome(turns: f64, up: f64, out: f64) -> DVec3 {
     let (s, c) = sin_cos(turns);
     let (along, across) = (signed_sqrt(c), signed_sqrt(s));
@@ -216,7 +216,7 @@ fn wheel(b: &mut Builder, middle: DVec3, side: f64) {
     b.material = METAL;
     let rim = [(0.215, 0.09), (0.225, 0.1), (0.215, 0.092), (0.2, 0.08), (0.195, 0.0), (0.2, -0.09)];
     b.turn(&place, 64, &rim);
-    b.turn(&place, 48, &[(0.0, 0.0), (0.15, 0.0), (0.15, -0.02), (0.0, -0.02)].map(|(r, h)| (r, h - 0.02)));
+    b.turn(&place, 48, &[(0.0, -0.04), (0.15, -0.04), (0.15, -0.02), (0.0, -0.02)]);
     b.turn(&place, 32, &smooth(&[(0.062, 0.02), (0.06, 0.06), (0.045, 0.075), (0.0, 0.08)], 2));
     for spoke in 0..10 {
         let (s, c) = sin_cos(f64::from(spoke) / 10.0);

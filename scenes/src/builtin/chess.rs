@@ -141,7 +141,7 @@ fn rook(b: &mut Builder, place: &Place) {
         let (radius, height) = profile[ring as usize];
         let (s, c) = sin_cos(turns);
         // Six merlons on the wall.
-        let merlon = (turns * 12.0 + 0.01) as u32 % 2 == 0 && wall.contains(&(ring as usize));
+        let merlon = ((turns * 12.0 + 0.01) as u32).is_multiple_of(2) && wall.contains(&(ring as usize));
         place.at(radius * c, if merlon { height + 0.45 } else { height }, radius * s)
     });
 }

@@ -229,3 +229,69 @@ impl Builder {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Mesh, Vec3};
+    use std::collections::HashMap;
+
+    /// The volume that a closed mesh has inside; positive where its triangles are counter-clockwise seen from outside.
+    fn volume(shape: impl Fn(&mut Builder)) -> f64 {
+        let mut b = Builder::new("shape");
+        shape(&mut b);
+        let mesh: Mesh = b.finish();
+        let mut edges = HashMap::new();
+        for [a, b, c] in &mesh.triangles {
+            for edge in [(a, b), (b, c), (c, a)] {
+                assert_eq!(edges.insert(edge, ()), None, "an edge in two triangles of one direction");
+            }
+        }
+        assert!(edges.keys().all(|&(a, b)| edges.contains_key(&(b, a))), "it is open");
+        let six = |i: usize| {
+            let [a, b, c] = mesh.triangle(i).v.map(Vec3::as_dvec3);
+            a.dot(b.cross(c))
+        };
+        (0..mesh.triangles.len()).map(six).sum::<f64>() / 6.0
+    }
+
+    #[test]
+    fn closed_shapes_are_closed_and_have_their_volume_inside() {
+        let place = Place::along(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.3, -0.4, 1.0));
+        let half = DVec3::new(1.0, 0.5, 2.0);
+        let straight = [place.at(0.0, 0.0, 0.0), place.at(0.0, 1.0, 0.0), place.at(0.0, 2.0, 0.0)];
+        let face = |y: f64| move |u: f64, v: f64| place.at(v, y, u);
+        let circle = std::f64::consts::PI;
+        for (name, found, expected) in [
+            ("ellipsoid", volume(|b| b.ellipsoid(&place, half, 64, 32)), 4.0 / 3.0 * circle),
+            ("cone", volume(|b| b.turn(&place, 64, &[(0.0, 0.0), (1.0, 0.0), (0.0, 3.0)])), circle),
+            ("pipe", volume(|b| b.pipe(&straight, 0.5, 64)), circle * 0.5),
+            ("sheet", volume(|b| b.sheet([5, 7], face(0.2), face(0.0))), 0.2),
+        ] {
+            assert!((found / expected - 1.0).abs() < 0.01, "{name}: {found}, not {expected}");
+        }
+        // Between the ellipsoid and the box.
+        let cushion = volume(|b| b.cushion(&place, half, 64, 32));
+        assert!((4.0 / 3.0 * circle..8.0).contains(&cushion), "{cushion}");
+    }
+
+    #[test]
+    fn a_curve_passes_its_points_and_a_straight_one_stays_straight() {
+        let points = [(0.0, 1.0), (2.0, 3.0), (3.0, -1.0), (7.0, 0.0)];
+        let curve = smooth(&points, 4);
+        assert_eq!(curve.len(), 13);
+        assert!((0..4).all(|i| curve[4 * i] == points[i]));
+        let line = smooth(&[(0.0, 0.0), (1.0, 2.0), (2.0, 4.0)], 3);
+        assert!(line.iter().all(|&(x, y)| (y - 2.0 * x).abs() < 1e-12), "{line:?}");
+    }
+
+    #[test]
+    fn between_its_places_a_curve_is_straight_and_beyond_them_it_keeps_its_ends() {
+        let curve = [(1.0, 10.0), (2.0, 20.0), (4.0, 0.0)];
+        for (x, y) in
+            [(0.0, 10.0), (1.0, 10.0), (1.5, 15.0), (2.0, 20.0), (3.0, 10.0), (4.0, 0.0), (9.0, 0.0)]
+        {
+            assert_eq!(interpolated(&curve, x), y, "at {x}");
+        }
+    }
+}
