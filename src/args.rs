@@ -322,7 +322,8 @@ pub(crate) struct ClaimsArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct AccuracyArgs {
-    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml; may be given again [default: every built-in scene].
+    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml; may be given again [default: cornell,
+    /// teapot, stadium, figure, atrium, soup].
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Vec<String>,
     /// A described GPU by name, or a file that describes one; may be given again [default: adreno-540, adreno-640, mali-g78,

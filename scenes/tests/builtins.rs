@@ -1,6 +1,6 @@
 //! Do the built-in scenes have the same bits everywhere, the counts they announce, and the shape they claim?
 
-use scenes::{Aabb, BUILTINS, Mesh, Scene, Vec3, builtin, load};
+use scenes::{Aabb, BUILTINS, Mesh, Reflection, Scene, Vec3, builtin, load};
 use std::collections::HashMap;
 
 fn scene(name: &str) -> Scene {
@@ -30,13 +30,18 @@ fn signed_volume(mesh: &Mesh) -> f64 {
 
 #[test]
 fn every_scene_has_its_frozen_hash() {
-    let frozen: [(&str, u64); 6] = [
+    let frozen: [(&str, u64); 11] = [
         ("cornell", 0xcd8b_5cc4_b12a_35fc),
         ("teapot", 0x88ff_8404_9062_5a60),
         ("stadium", 0x9816_9e24_c994_1de4),
         ("figure", 0x09f9_78d7_624e_09f7),
         ("atrium", 0x22c6_9276_c898_732d),
         ("soup", 0x2530_e481_64b4_b038),
+        ("chess", 0xc0a8_0ff8_5e1b_2804),
+        ("car", 0xfebb_b67c_3447_d6e7),
+        ("laboratory", 0xfae9_c110_eb06_4ba7),
+        ("music-box", 0xec1d_0621_d390_a0c7),
+        ("village", 0xbe63_bcba_500c_5da8),
     ];
     assert_eq!(frozen.len(), BUILTINS.len());
     for (name, hash) in frozen {
@@ -153,6 +158,43 @@ fn soup_spans_from_subnormal_sizes_to_areas_at_the_edge_of_f32() {
         extent > 0.0 && extent < f32::MIN_POSITIVE
     });
     assert!(tiny.count() > 0);
+}
+
+/// Lee et al. 2017, Figure 1; they round to thousands.
+#[test]
+fn stand_ins_have_as_many_triangles_as_published() {
+    for (name, thousands) in
+        [("chess", 42), ("car", 55), ("laboratory", 98), ("music-box", 106), ("village", 600)]
+    {
+        let count = scene(name).triangle_count();
+        assert_eq!((count + 500) / 1000, thousands, "{name}: {count}");
+    }
+}
+
+/// Else a refracted ray could get lost in a wall.
+#[test]
+fn all_glass_is_closed_and_oriented() {
+    for name in ["car", "laboratory"] {
+        let scene = scene(name);
+        let Mesh { triangles, materials, .. } = &scene.meshes[0];
+        let is_glass = |id: u32| scene.materials[id as usize].reflection == Reflection::Glass;
+        let glass = triangles.iter().zip(materials).filter(|&(_, &id)| is_glass(id)).map(|(&t, _)| t);
+        let glass = Mesh { triangles: glass.collect(), ..scene.meshes[0].clone() };
+        let edges = directed_edges(&glass);
+        assert!(edges.iter().all(|(&(a, b), &n)| n == 1 && edges.get(&(b, a)) == Some(&1)), "{name}");
+        assert!(glass.triangles.len() > 1000 && signed_volume(&glass) > 0.0, "{name}");
+    }
+}
+
+#[test]
+fn both_sides_of_the_chess_set_are_complete() {
+    let chess = scene("chess");
+    let of = |name: &str| {
+        let id = chess.materials.iter().position(|m| m.name == name).unwrap() as u32;
+        chess.meshes[0].materials.iter().filter(|&&material| material == id).count()
+    };
+    assert!(of("white") == of("black") && of("white") > 16 * 1000);
+    assert_eq!((of("light square"), of("dark square")), (64, 64));
 }
 
 #[test]

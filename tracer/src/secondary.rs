@@ -119,9 +119,28 @@ impl SecondaryRays {
         let glossy = |rays: &ReflectionRays| matches!(rays, ReflectionRays::Glossy(_));
         if self.reflections.iter().flatten().any(glossy) { self.samples } else { 1 }
     }
+}
 
-    /// Casts the rays that follow a primary hit into the sets of [`Self::ray_sets`]. `lines` takes the first reflection ray, if there is one.
-    /// Returns how many traversals their loop bound ended.
+/// Secondary rays with what only a look at every triangle tells.
+pub(crate) struct PreparedRays {
+    rays: SecondaryRays,
+    reflection_samples: u32,
+}
+
+impl From<SecondaryRays> for PreparedRays {
+    fn from(rays: SecondaryRays) -> Self {
+        Self { reflection_samples: rays.reflection_samples(), rays }
+    }
+}
+
+impl PreparedRays {
+    /// Whether reflection rays are among them.
+    pub(crate) fn reflect(&self) -> bool {
+        self.rays.reflections.is_some()
+    }
+
+    /// Casts the rays that follow a primary hit into the sets of [`SecondaryRays::ray_sets`]. `lines` takes the first reflection ray, if there
+    /// is one. Returns how many traversals their loop bound ended.
     ///
     /// # Errors
     /// When the tile takes too many steps.
@@ -142,11 +161,12 @@ impl SecondaryRays {
         }
         let mut caster = Caster::new(scene, sets);
         let from = scene.departure(hit, direction);
-        let points = |kind: RayKind, light: usize| points(self.seed, pixel, kind, light);
+        let Self { rays, reflection_samples } = self;
+        let points = |kind: RayKind, light: usize| points(rays.seed, pixel, kind, light);
         // What does not depend on the view is known with the hit.
         let new = |ray: Ray| (!is_known).then_some(ray);
-        if let Some(SoftShadows { lights, radius }) = &self.soft_shadows {
-            for sample in 0..self.samples {
+        if let Some(SoftShadows { lights, radius }) = &rays.soft_shadows {
+            for sample in 0..rays.samples {
                 for (light, &middle) in lights.iter().enumerate() {
                     let point = points(RayKind::SoftShadow, light).point(sample);
                     let ray = from.shadow_ray(point_of_sphere(middle, *radius, from.origin, point));
@@ -154,8 +174,8 @@ impl SecondaryRays {
                 }
             }
         }
-        if let Some(reflections) = &self.reflections {
-            let points = reflection_points(self.seed, pixel);
+        if let Some(reflections) = &rays.reflections {
+            let points = reflection_points(rays.seed, pixel);
             let surface = reflections[hit.primitive as usize];
             let ray = |sample: u32| {
                 let reflected = surface.direction(sample, direction, from.normal, &points);
@@ -164,23 +184,23 @@ impl SecondaryRays {
             if let (Some(lines), Some(ray)) = (lines, ray(0)) {
                 lines.push(RayLine { origin: ray.origin.to_array(), direction: ray.direction.to_array() });
             }
-            for sample in 0..self.reflection_samples() {
-                caster.cast_and_light(ray(sample), &self.lights)?;
+            for sample in 0..*reflection_samples {
+                caster.cast_and_light(ray(sample), &rays.lights)?;
             }
         }
-        if let Some(radius) = self.ambient_occlusion {
+        if let Some(radius) = rays.ambient_occlusion {
             let points = points(RayKind::AmbientOcclusion, 0);
-            for sample in 0..self.samples {
+            for sample in 0..rays.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
                 let ray = Ray { t_max: radius, ..from.ray(direction) };
                 caster.cast(new(ray), Query::Any)?;
             }
         }
-        if self.diffuse {
+        if rays.diffuse {
             let points = points(RayKind::Diffuse, 0);
-            for sample in 0..self.samples {
+            for sample in 0..rays.samples {
                 let direction = cosine_weighted(from.normal, points.point(sample));
-                caster.cast_and_light(new(from.ray(direction)), &self.lights)?;
+                caster.cast_and_light(new(from.ray(direction)), &rays.lights)?;
             }
         }
         Ok(caster.stalls())
@@ -254,6 +274,7 @@ mod tests {
             diffuse: true,
             lights: lights.clone(),
         };
+        let prepared = PreparedRays::from(rays.clone());
         let structure =
             AccelerationStructure::build(&triangles, Traversal::BvhStack, &BuildOptions::default())
                 .expect("it builds");
@@ -266,7 +287,7 @@ mod tests {
             let hit = brute_force(&triangles, &primary);
             let mut sets = vec![RaySet::default(); rays.ray_sets().len()];
             let surface = Surface { hit: &hit, direction: primary.direction, is_known: false };
-            rays.cast(&scene, u64::from(pixel), surface, &mut sets, None).expect("few steps");
+            prepared.cast(&scene, u64::from(pixel), surface, &mut sets, None).expect("few steps");
             let mut expected = Expected { triangles: &triangles, offset, answers: Vec::new() };
             if hit.is_hit() {
                 let from = scene.departure(&hit, primary.direction);

@@ -8,7 +8,7 @@ use crate::observe::Silent;
 use crate::raster::{Raster, RasterTile};
 use crate::ray::{Hit, NOT_CAST, Query, Ray};
 use crate::ray_set::RaySetId;
-use crate::secondary::{SecondaryRays, Surface};
+use crate::secondary::{PreparedRays, SecondaryRays, Surface};
 use crate::topology::Topology;
 use crate::trace::{
     Forced, Frame, Recorder, ReflectionRecord, SceneRemarks, Step, Tile, TileOutline, TileSource, TraceHeader,
@@ -140,7 +140,7 @@ pub struct FrameTracer<'a> {
     /// One set of shadow rays each.
     lights: Vec<Vec3>,
     /// What else follows a primary hit.
-    secondary: SecondaryRays,
+    secondary: PreparedRays,
     header: TraceHeader,
     topology: Topology,
     stalls: AtomicU64,
@@ -162,7 +162,7 @@ impl<'a> FrameTracer<'a> {
         let topology = structure.topology();
         let offset = RayOffset::new(triangles);
         let scene = Scene { structure, triangles, offset, shadow_query: Query::Any };
-        let secondary = SecondaryRays::default();
+        let secondary = SecondaryRays::default().into();
         let stalls = AtomicU64::new(0);
         Self { scene, rays, raster: None, lights, secondary, header, topology, stalls }
     }
@@ -172,7 +172,7 @@ impl<'a> FrameTracer<'a> {
     pub fn with_secondary(mut self, secondary: SecondaryRays) -> Self {
         self.header.ray_sets.truncate(1 + self.lights.len());
         self.header.ray_sets.extend(secondary.ray_sets());
-        self.secondary = secondary;
+        self.secondary = secondary.into();
         self
     }
 
@@ -195,7 +195,7 @@ impl<'a> FrameTracer<'a> {
     /// The same tracer, which also keeps the lines of reflection rays; one that casts none stays as it is.
     #[must_use]
     pub fn with_reflection_record(mut self, record: ReflectionRecord) -> Self {
-        self.header.reflections = self.secondary.reflections.is_some().then_some(record);
+        self.header.reflections = self.secondary.reflect().then_some(record);
         self
     }
 
