@@ -45,9 +45,7 @@ impl<'a, S: TileSource> Eye<'a, S> {
         let lines = [paths.traversal, paths.private].map(|path| hierarchy.granule(path));
         let of_scene =
             SceneBuffers::new(source, config, gpu.cores.count * tracing_warps, lines[0], lines[1])?;
-        let [width, height] = known.size();
-        let pixels = u64::from(width) * u64::from(height);
-        let buffers = Buffers::new(of_scene.end, pixels, &stereo.fields, !kernels.in_tiles());
+        let buffers = Buffers::new(of_scene.end, known.size(), &stereo.fields, !kernels.in_tiles());
         let program = Program::new(header, source.topology(), of_scene, config)?;
         let places = Places { end: buffers.end, ..program.buffers.places() };
         let engine =
