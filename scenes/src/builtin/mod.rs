@@ -31,7 +31,7 @@ pub struct Builtin {
 }
 
 /// All built-in scenes. Those that stand in for scenes of Lee et al. ("Fast Stereoscopic Rendering on Mobile Ray Tracing GPU
-/// for Virtual Reality Applications", ICCE 2017) ask for reflection rays, and say which part of their primary hits sends one.
+/// for Virtual Reality Applications", 2017) ask for reflection rays, and say which part of their primary hits sends one.
 pub const BUILTINS: &[Builtin] = &[
     Builtin {
         name: "cornell",
