@@ -364,6 +364,9 @@ fn read_stage(file: &File<'_>, raw: &TraceFile, span: &Range<usize>) -> Result<S
 mod tests {
     use super::*;
 
+    const IN_WORKGROUPS: &str = "stage = \"compute\"\nprimary = true\n# Lanes of a workgroup, in pixels: its warps are rows of it.\n\
+                                 workgroup = { value = [8, 8], source = \"the paper gives no size; as compute\", tag = \"estimate\" }\n";
+
     fn refusal(name: &str, from: &str, to: &str) -> String {
         let text = TECHNIQUES.iter().find(|technique| technique.name == name).expect("built in").toml;
         assert!(text.contains(from), "{name} has '{from}'");
@@ -381,12 +384,14 @@ mod tests {
 
     #[test]
     fn a_technique_has_the_passes_that_it_needs_and_no_others() {
-        use Pass::{Binning, Geometry, Output, Present, Primary, Shadow};
+        use Pass::{Binning, ErrorDetection, Geometry, Output, Present, Primary, Reprojection, Shadow};
         let passes = |name: &str| Technique::builtin(name).expect("built in").expect("valid").passes();
         assert_eq!(passes("fragment"), [Primary, Shadow, Output]);
         assert_eq!(passes("compute"), [Primary, Shadow, Output, Present]);
         assert_eq!(passes("hybrid"), [Binning, Geometry, Shadow, Output]);
         assert_eq!(passes("hybrid-resolved"), passes("hybrid"));
+        assert_eq!(passes("stereo"), [ErrorDetection, Primary, Shadow, Output, Reprojection]);
+        assert_eq!(passes("stereo-memory"), passes("stereo"));
     }
 
     #[test]
@@ -402,6 +407,14 @@ mod tests {
             ("hybrid", "value = 24", "value = 25", 11, "multiple of 4"),
             ("hybrid", "\"tile\"", "\"cloud\"", 13, "unknown variant"),
             ("fragment", "name = \"fragment\"", "name = \"\"", 4, "is empty"),
+            ("stereo", "stage = \"compute\"", "stage = \"fragment\"", 13, "leave it out"),
+            ("stereo", IN_WORKGROUPS, "stage = \"fragment\"\nprimary = true\n", 13, "use the compute stage"),
+            ("stereo", "[stereo]", "[present]\nsource = \"s\"\n[stereo]", 15, "leave out one of them"),
+            ("stereo", "colour = 4", "colour = 3", 21, "expected 4, 8, 12 or 16"),
+            ("stereo", "normal = 12", "normal = 20", 21, "expected 4, 8, 12 or 16"),
+            ("stereo", "value = [32, 16]", "value = [0, 16]", 23, "expected two sides of 1 to 16384"),
+            ("stereo", "value = [32, 16]", "value = [32, 16385]", 23, "expected two sides of 1 to 16384"),
+            ("stereo", "\"lists\"", "\"queues\"", 19, "unknown variant"),
         ] {
             let message = refusal(name, from, to);
             assert!(message.starts_with(&format!("t.toml:{line}: ")), "{message}");

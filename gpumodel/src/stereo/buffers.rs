@@ -111,6 +111,6 @@ mod tests {
             take(buffers.span(pixel), SPAN_BYTES);
             take(buffers.entry(pixel), ENTRY_BYTES);
         }
-        [0, 1].map(|list| take(buffers.counter(list), PIXEL_BYTES));
+        [0, 1].into_iter().for_each(|list| take(buffers.counter(list), PIXEL_BYTES));
     }
 }
