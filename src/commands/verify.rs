@@ -9,7 +9,7 @@ use crate::report::TOOL;
 use crate::settings::start_threads;
 use crate::verify::hardware as probes;
 use crate::verify::measure::{self, Conditions, Measured};
-use crate::verify::paper_charts;
+use crate::verify::{eyes_table, paper_charts};
 use anyhow::bail;
 use gpumodel::Fidelity;
 use reports::claims::{self, ClaimSet, EMBEDDED, Verdict};
@@ -158,6 +158,9 @@ impl Texts {
         });
         let table = if paper_charts::is_of(claims) {
             format!("Table 1 of the paper beside ours\n\n{}\n", paper_charts::table_1(claims, measured))
+        } else if eyes_table::is_of(claims) {
+            let figures = eyes_table::figures(claims, measured);
+            format!("Figures 1 and 3 of the paper beside ours: ray units and whole frames\n\n{figures}\n")
         } else {
             String::new()
         };

@@ -3,6 +3,7 @@
 pub(crate) mod accuracy;
 mod audits;
 mod eyes;
+pub(crate) mod eyes_table;
 mod formulas;
 pub(crate) mod hardware;
 pub(crate) mod measure;

@@ -96,3 +96,87 @@ fn eyes_that_cannot_be_are_refused_and_leave_nothing() {
         assert!(!out.exists());
     }
 }
+
+const ON_SGRT: [&str; 6] = ["--gpu", "sgrt", "--accel", "wide-bvh", "--node-format", "full-4"];
+const REPORTS: [&str; 4] = ["left-traced.json", "left.json", "right-traced.json", "right.json"];
+
+/// A counter of a pass, or of the frame.
+fn counter(report: &serde_json::Value, pass: Option<&str>, counter: &str) -> f64 {
+    let counters = match pass {
+        None => &report["counters"],
+        Some(name) => {
+            let passes = report["passes"].as_array().expect("a list");
+            let found = passes.iter().find(|pass| pass["name"] == name);
+            &found.unwrap_or_else(|| panic!("no pass {name}"))["counters"]
+        }
+    };
+    counters[counter]["value"].as_f64().unwrap_or_else(|| panic!("no {counter}"))
+}
+
+#[test]
+fn on_a_gpu_both_eyes_have_reports_and_what_is_answered_is_not_traced() {
+    let out = folder();
+    let options = ["--size", "96x64", "--force", "mirror", "-o", arg(out.path())];
+    let text = raybudget(["stereo", "cornell"].iter().chain(&ON_SGRT).chain(&options)).ok();
+    let mut all = [&FILES[..], &REPORTS].concat();
+    all.sort_unstable();
+    assert_eq!(names_in(out.path()), all);
+    for part in ["on sgrt, stereo\n", "\n  reprojection errors, ms", "32x16", "  as modelled\n", "96x1"] {
+        assert!(text.contains(part), "no '{part}' in: {text}");
+    }
+    let [left_traced, left, right_traced, right] = REPORTS.map(|name| {
+        let bytes = fs::read(out.path().join(name)).expect("a report");
+        serde_json::from_slice::<serde_json::Value>(&bytes).expect("JSON")
+    });
+    let traced: f64 = {
+        let line = |what: &str| {
+            let line = text.lines().find(|line| line.starts_with(what)).expect("it is told");
+            line[what.len()..].split_whitespace().next().and_then(|count| count.parse::<f64>().ok())
+        };
+        line("traced: nothing lands there").expect("a count")
+            + line("traced: covered, by the row test").expect("a count")
+    };
+    assert!(traced > 0.0);
+    assert_eq!(counter(&left, Some("primary rays"), "rays"), 96.0 * 64.0);
+    assert_eq!(counter(&right, Some("primary rays"), "rays"), traced);
+    assert_eq!(
+        counter(&right, Some("reflection rays"), "rays"),
+        counter(&right_traced, Some("reflection rays"), "rays")
+    );
+    assert!(counter(&left, Some("reprojection"), "frame_time_ms") > 0.0);
+    assert!(counter(&right, Some("reprojection errors"), "frame_time_ms") > 0.0);
+    for whole in [&left_traced, &right_traced] {
+        assert!(!whole["passes"].to_string().contains("reprojection"));
+    }
+    // What the table says is what the reports say.
+    let sum = |eyes: [&serde_json::Value; 2]| {
+        eyes.map(|eye| counter(eye, None, "frame_time_ms")).iter().sum::<f64>()
+    };
+    let speed_up = sum([&left_traced, &right_traced]) / sum([&left, &right]);
+    assert!(text.contains(&format!("with reuse {speed_up:.3} times as fast")), "{speed_up}: {text}");
+}
+
+#[test]
+fn machines_that_cannot_have_two_eyes_are_refused_and_leave_nothing() {
+    let dir = folder();
+    let out = dir.path().join("pair");
+    for (options, problem) in [
+        (&["--layout", "split"][..], "without --gpu: name the GPU"),
+        (
+            &["--gpu", "adreno-740", "--technique", "compute"],
+            "--technique compute: has one eye; use one of: stereo",
+        ),
+        (&["--gpu", "adreno-740", "--technique", "stereo"], "use stereo-memory, or --gpu sgrt"),
+        (&["--gpu", "sgrt", "--fidelity", "timed"], "use --fidelity replay"),
+        (
+            &["--gpu", "sgrt", "--set", "tiler.tile_memory_bytes=4096"],
+            "bytes of internal memory for tiles of 32x16",
+        ),
+    ] {
+        let refused =
+            raybudget(["stereo", "cornell", "--size", "64x64", "-o", arg(&out)].iter().chain(options))
+                .refused();
+        assert!(refused.contains(problem), "{refused}");
+        assert!(!out.exists());
+    }
+}

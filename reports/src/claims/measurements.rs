@@ -47,8 +47,11 @@ impl Measurements {
         self.stand_ins.get(scene).map(String::as_str)
     }
 
-    /// The figure, or why there is none.
-    pub(super) fn get(&self, setup: &Setup, metric: &str) -> Result<f64, &str> {
+    /// A setup's figure.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn get(&self, setup: &Setup, metric: &str) -> Result<f64, &str> {
         let figure = self.figures.get(setup).and_then(|figures| figures.get(metric));
         let absence = || {
             let absence = self.absences.get(setup).and_then(|absences| absences.get(metric));
