@@ -9,7 +9,7 @@ use crate::output::OutputFolder;
 use crate::progress::Progress;
 use crate::report::Before;
 use crate::settings::{FrameSettings, start_threads};
-use crate::shading::{Shading, srgb};
+use crate::shading::{Mirrors, Shading, srgb};
 use crate::two_eyes::{self, TwoEyes};
 use anyhow::bail;
 use rayon::prelude::*;
@@ -105,13 +105,31 @@ impl Pair {
             views.map(|view| GBuffer::trace(&frame.structure, frame.triangles(), view, width, height));
         let reprojection = Reprojection::new(&left_buffer, &views[1]);
         let between = frame.view().eye();
-        let [left, right_traced] =
-            [&left_buffer, &right_buffer].map(|buffer| image(buffer, &shading, between));
-        let reused = |pixel: usize| reprojection.left_pixel(pixel as u32);
-        let right = (0..right_traced.len())
-            .map(|pixel| reused(pixel).map_or(right_traced[pixel], |source| left[source as usize]))
-            .collect();
+        let [left_colours, right_colours] =
+            [&left_buffer, &right_buffer].map(|buffer| colours(buffer, &shading, between));
+        let mirrors = Mirrors::new(frame);
         let right_eye = views[1].eye();
+        let reused = |pixel: usize| reprojection.left_pixel(pixel as u32);
+        // What depends on the view is the right eye's own, also where the surface is the left one's.
+        let in_mirrors = |buffer: &GBuffer<'_>, pixel: u32, eye: Vec3| {
+            let surface = buffer.triangle(pixel).zip(buffer.departure(pixel)).zip(buffer.position(pixel));
+            let reflected = mirrors.as_ref().zip(surface).map(|(mirrors, ((triangle, hit), position))| {
+                mirrors.reflected(&shading, triangle, &hit, (position - eye).normalize_or_zero())
+            });
+            reflected.unwrap_or(Vec3::ZERO)
+        };
+        let picture = |colour: &(dyn Fn(usize) -> Vec3 + Sync)| -> Vec<Rgb> {
+            (0..right_colours.len()).into_par_iter().map(|pixel| srgb(colour(pixel))).collect()
+        };
+        let traced = |buffer: &GBuffer<'_>, colours: &[Vec3], eye: Vec3, pixel: usize| {
+            colours[pixel] + in_mirrors(buffer, pixel as u32, eye)
+        };
+        let left = picture(&|pixel| traced(&left_buffer, &left_colours, views[0].eye(), pixel));
+        let right_traced = picture(&|pixel| traced(&right_buffer, &right_colours, right_eye, pixel));
+        let right = picture(&|pixel| match reused(pixel) {
+            Some(source) => traced(&left_buffer, &left_colours, right_eye, source as usize),
+            None => traced(&right_buffer, &right_colours, right_eye, pixel),
+        });
         let is_hidden = |source: u32| {
             left_buffer.position(source).is_some_and(|surface| {
                 let sight = Ray {
@@ -226,15 +244,16 @@ impl Pair {
     }
 }
 
-/// What an eye sees; black where that is nothing. Without lights it is lit from `between` the eyes, so that both see a surface alike.
-fn image(buffer: &GBuffer<'_>, shading: &Shading<'_>, between: Vec3) -> Vec<Rgb> {
+/// What an eye sees but for reflections, linear; black where that is nothing. Without lights it is lit from `between` the eyes, so that both see a
+/// surface alike.
+fn colours(buffer: &GBuffer<'_>, shading: &Shading<'_>, between: Vec3) -> Vec<Vec3> {
     let colour = |pixel: u32| {
         let hit = buffer.triangle(pixel).zip(buffer.departure(pixel));
         hit.map_or(Vec3::ZERO, |(triangle, surface)| {
             shading.colour(triangle, &surface, surface.origin - between)
         })
     };
-    (0..buffer.pixels()).into_par_iter().map(|pixel| srgb(colour(pixel))).collect()
+    (0..buffer.pixels()).into_par_iter().map(colour).collect()
 }
 
 /// Peak signal-to-noise ratio of all channels, in decibels.

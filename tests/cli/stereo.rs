@@ -34,6 +34,32 @@ fn eyes_in_one_place_share_the_whole_image() {
 }
 
 #[test]
+fn reflections_are_the_right_eye_s_own() {
+    let pictures = |options: &[&str]| {
+        let out = folder();
+        let all = ["stereo", "cornell", "--size", "80x60", "-o", arg(out.path())];
+        let text = raybudget(all.iter().chain(options)).ok();
+        (FILES.map(|name| pixels(&out.path().join(name))), text)
+    };
+    let ([_, _, matte, ..], _) = pictures(&[]);
+    let ([difference, left, whole, right, traced], _) = pictures(&["--force", "mirror"]);
+    assert!(whole != matte);
+    let reused: Vec<usize> = (0..whole.len())
+        .filter(|&place| traced[place][0] == traced[place][1] && traced[place][1] == traced[place][2])
+        .collect();
+    // Not copied from the left image, and nearly always what the right eye sees.
+    let copied = |&&place: &&usize| left[place / 80 * 80..(place / 80 + 1) * 80].contains(&right[place]);
+    let right_or_wrong = reused.iter().filter(|&&place| difference[place] == [0; 3]).count();
+    assert!(reused.iter().filter(copied).count() < reused.len() / 2);
+    assert!(right_or_wrong > reused.len() / 4, "{right_or_wrong} of {}", reused.len());
+    for place in (0..whole.len()).filter(|place| !reused.contains(place)) {
+        assert_eq!(right[place], whole[place], "pixel {place}");
+    }
+    let (_, text) = pictures(&["--force", "mirror", "--interaxial", "0"]);
+    assert!(text.contains("PSNR infinite"), "{text}");
+}
+
+#[test]
 fn pixels_that_were_traced_are_those_of_an_image_that_is_traced_whole() {
     let out = folder();
     let options = ["--size", "90x70", "-o", arg(out.path())];
