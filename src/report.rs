@@ -4,7 +4,7 @@ use crate::console;
 use crate::machine::Machine;
 use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
-use crate::pictures;
+use crate::pictures::{self, Pictures};
 use crate::progress::Progress;
 use crate::reflections;
 use crate::sample::Plan;
@@ -336,6 +336,7 @@ pub(crate) struct ReportFiles {
     text: OutputFile,
     json: OutputFile,
     csv: OutputFile,
+    html: OutputFile,
     folder: OutputFolder,
 }
 
@@ -348,6 +349,7 @@ impl ReportFiles {
             text: folder.file("report.txt")?,
             json: folder.file("report.json")?,
             csv: folder.file("counters.csv")?,
+            html: folder.file("report.html")?,
             folder,
         })
     }
@@ -355,24 +357,24 @@ impl ReportFiles {
     /// Writes all files. Of pictures those that the frame has: a list of rays has no pixels and so no heat maps.
     pub(crate) fn write(self, answer: &Answer) -> anyhow::Result<()> {
         // Bindings drop from the last to the first.
-        let Self { folder, text, json, csv } = self;
+        let Self { folder, text, json, csv, html } = self;
         let Answer { report, .. } = answer;
-        let pictures = pictures::of_answer(answer)?;
+        let wasted = pictures::wasted(answer);
+        let pictures = Pictures::new(answer, wasted.as_deref());
         let mut ready = vec![
             text.written(text::write(report, text::Style::Plain).as_bytes())?,
             json.written(json::write(report).as_bytes())?,
             csv.written(csv_table::write(report).as_bytes())?,
+            html.written(pictures.page(answer)?.as_bytes())?,
         ];
         if report.inputs.width.is_none() {
             console::warn("a list of rays has no pixels: no heat maps are written");
         }
         let of_load = match &answer.load {
-            Some(load) => {
-                load.files(format!("{}, {}", pictures::frame(&report.inputs), report.inputs.gpu))?
-            }
+            Some(load) => load.files(pictures.subtitle())?,
             None => Vec::new(),
         };
-        for (name, bytes) in pictures.into_iter().chain(of_load) {
+        for (name, bytes) in pictures.files()?.into_iter().chain(of_load) {
             ready.push(folder.file(&name)?.written(&bytes)?);
         }
         OutputFile::finish_all(ready)?;

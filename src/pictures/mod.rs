@@ -6,9 +6,12 @@ pub(crate) use panels::{MOST_PANELS, Mapped, panels};
 
 use crate::report::Answer;
 use gpumodel::HeatMaps;
+use reports::Inputs;
+use reports::chart::BarChart;
 use reports::coverage::{self, CoverageMaps, CoveragePanel};
 use reports::heat_map::{self, HeatMap, ScaleEnd};
-use reports::{Inputs, lane_use};
+use reports::html::{self, PixelMap};
+use reports::lane_use::{self, UnitOccupancy};
 
 /// Pixels above this percentile share the heat map's last colour.
 pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
@@ -67,54 +70,112 @@ pub(crate) fn frame(inputs: &Inputs) -> String {
     format!("{scene}{size}, {accel} {traversal}, {technique}")
 }
 
-/// The pictures of a frame as files, names and bytes: those that it has. A list of rays has no pixels.
-pub(crate) fn of_answer(answer: &Answer) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-    let Answer { report, replayed, reflections, occupancy, .. } = answer;
-    let Inputs { gpu, width, .. } = &report.inputs;
-    let frame = frame(&report.inputs);
-    let mut files = Vec::new();
-    if let (Some(maps), Some(width)) = (&replayed.maps, *width) {
-        let queries = if reflections.is_some() { ", ray queries alone" } else { "" };
-        for kind in &MAPS {
-            let map = HeatMap {
-                title: kind.title.to_owned(),
-                subtitle: format!("{frame}{queries}"),
-                unit: kind.unit.to_owned(),
-                width,
-                values: &(kind.of)(maps).values,
-                end: ScaleEnd::Percentile(HEAT_MAP_PERCENTILE),
-            };
-            files.push((format!("{}.png", kind.file), heat_map::write_png(&map)?));
+/// What is shown of a frame: what it has. A list of rays has no pixels.
+pub(crate) struct Pictures<'a> {
+    frame: String,
+    gpu: &'a str,
+    /// Names of files without extension, and what they show.
+    maps: Vec<(&'static str, PixelMap<'a>)>,
+    occupancy: Option<&'a UnitOccupancy>,
+}
+
+/// Lane slots that the warps of reflection rays wasted, in per cent, by pixel.
+pub(crate) fn wasted(answer: &Answer) -> Option<Vec<u32>> {
+    let lane_slots = answer.reflections.as_ref()?.lane_slots.as_ref()?;
+    Some(lane_use::wasted_per_cent(lane_slots))
+}
+
+impl<'a> Pictures<'a> {
+    /// Of a frame and what [`wasted`] says of it.
+    pub(crate) fn new(answer: &'a Answer, wasted: Option<&'a [u32]>) -> Self {
+        let Answer { report, replayed, reflections, occupancy, .. } = answer;
+        let Inputs { gpu, width, .. } = &report.inputs;
+        let frame = frame(&report.inputs);
+        let mut maps = Vec::new();
+        if let (Some(heat), Some(width)) = (&replayed.maps, *width) {
+            let queries = if reflections.is_some() { ", ray queries alone" } else { "" };
+            maps.extend(MAPS.iter().map(|kind| {
+                let map = HeatMap {
+                    title: kind.title.to_owned(),
+                    subtitle: format!("{frame}{queries}"),
+                    unit: kind.unit.to_owned(),
+                    width,
+                    values: &(kind.of)(heat).values,
+                    end: ScaleEnd::Percentile(HEAT_MAP_PERCENTILE),
+                };
+                (kind.file, PixelMap::Heat(map))
+            }));
         }
-    }
-    if let Some(maps) = reflections {
-        let of_pixels = CoverageMaps {
-            title: COVERAGE_TITLE.to_owned(),
-            subtitle: frame.clone(),
-            width: maps.width,
-            panels: vec![CoveragePanel { label: String::new(), coverage: &maps.coverage }],
-            columns: 1,
-        };
-        files.push((format!("{COVERAGE}.png"), coverage::write_png(&of_pixels)?));
-        if let Some(lane_slots) = &maps.lane_slots {
-            let map = HeatMap {
-                title: DIVERGENCE_TITLE.to_owned(),
-                subtitle: format!("{frame}, {gpu}"),
-                unit: DIVERGENCE_UNIT.to_owned(),
-                width: maps.width,
-                values: &lane_use::wasted_per_cent(lane_slots),
-                end: DIVERGENCE_END,
+        if let Some(of_pixels) = reflections {
+            let coverage = PixelMap::Coverage {
+                title: COVERAGE_TITLE.to_owned(),
+                width: of_pixels.width,
+                coverage: &of_pixels.coverage,
             };
-            files.push((format!("{DIVERGENCE}.png"), heat_map::write_png(&map)?));
+            maps.push((COVERAGE, coverage));
+            maps.extend(wasted.map(|values| {
+                let map = HeatMap {
+                    title: DIVERGENCE_TITLE.to_owned(),
+                    subtitle: format!("{frame}, {gpu}"),
+                    unit: DIVERGENCE_UNIT.to_owned(),
+                    width: of_pixels.width,
+                    values,
+                    end: DIVERGENCE_END,
+                };
+                (DIVERGENCE, PixelMap::Heat(map))
+            }));
         }
+        Self { frame, gpu, maps, occupancy: occupancy.as_ref() }
     }
-    if let Some(occupancy) = occupancy {
-        let chart = occupancy.chart(format!("{frame}, {gpu}"));
-        files.push((format!("{OCCUPANCY}.svg"), chart.svg()?.into_bytes()));
-        files.push((format!("{OCCUPANCY}.png"), chart.png()?));
-        files.push((format!("{OCCUPANCY}.csv"), occupancy.csv().into_bytes()));
+
+    /// Names and bytes of files.
+    pub(crate) fn files(&self) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+        let mut files = Vec::new();
+        for (stem, map) in &self.maps {
+            let png = match map {
+                PixelMap::Heat(map) => heat_map::write_png(map)?,
+                PixelMap::Coverage { title, width, coverage } => coverage::write_png(&CoverageMaps {
+                    title: title.clone(),
+                    subtitle: self.frame.clone(),
+                    width: *width,
+                    panels: vec![CoveragePanel { label: String::new(), coverage }],
+                    columns: 1,
+                })?,
+            };
+            files.push((format!("{stem}.png"), png));
+        }
+        if let Some(occupancy) = self.occupancy {
+            let chart = self.occupancy_chart(occupancy);
+            files.push((format!("{OCCUPANCY}.svg"), chart.svg()?.into_bytes()));
+            files.push((format!("{OCCUPANCY}.png"), chart.png()?));
+            files.push((format!("{OCCUPANCY}.csv"), occupancy.csv().into_bytes()));
+        }
+        Ok(files)
     }
-    Ok(files)
+
+    fn occupancy_chart(&self, occupancy: &UnitOccupancy) -> BarChart {
+        occupancy.chart(self.subtitle())
+    }
+
+    /// What charts of the frame say below their title.
+    pub(crate) fn subtitle(&self) -> String {
+        format!("{}, {}", self.frame, self.gpu)
+    }
+
+    /// The report with all pictures in one page.
+    pub(crate) fn page(&self, answer: &Answer) -> anyhow::Result<String> {
+        let mut charts = Vec::new();
+        if let Some(load) = &answer.load {
+            let chart = load.chart(self.subtitle());
+            charts.push(html::Chart { svg: chart.svg()?, title: chart.title });
+        }
+        if let Some(occupancy) = self.occupancy {
+            let chart = self.occupancy_chart(occupancy);
+            charts.push(html::Chart { svg: chart.svg()?, title: chart.title });
+        }
+        let maps: Vec<&PixelMap<'_>> = self.maps.iter().map(|(_, map)| map).collect();
+        Ok(html::write(&answer.report, &maps, &charts)?)
+    }
 }
 
 /// A title as it reads within a sentence: its first letter small.

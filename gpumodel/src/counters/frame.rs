@@ -247,6 +247,21 @@ impl TrafficCounters {
         total
     }
 
+    /// What reports call the kinds of buffers, and the traffic of each.
+    pub(crate) fn named(&self) -> [(&'static str, BufferTraffic); 8] {
+        let Self { node, primitive, index, normal, stack, vertex, image, record } = *self;
+        [
+            ("nodes", node),
+            ("triangles", primitive),
+            ("triangle indices", index),
+            ("normals", normal),
+            ("stacks", stack),
+            ("vertices", vertex),
+            ("images", image),
+            ("records", record),
+        ]
+    }
+
     pub(crate) fn each_buffer(&mut self, visit: impl FnMut(&mut BufferTraffic)) {
         let Self { node, primitive, index, normal, stack, vertex, image, record } = self;
         [node, primitive, index, normal, stack, vertex, image, record].into_iter().for_each(visit);
