@@ -53,10 +53,10 @@ pub(super) enum Cell {
         about: Vec<(&'static str, String)>,
         series: Option<usize>,
     },
-    /// As shown, its unit, what rows are sorted by, and every digit.
+    /// As shown, what rows are sorted by, and every digit. A unit, be it empty, where figures of the column differ in theirs.
     Figure {
         shown: String,
-        unit: String,
+        unit: Option<String>,
         value: f64,
         exact: String,
     },
@@ -88,7 +88,15 @@ impl Cell {
         };
         let (shown, scaled) = units::scaled(value, unit).expect("what is not absent is a figure");
         let value = value.as_f64().expect("what is not absent is a figure");
-        Self::Figure { shown, unit: scaled, value, exact: format!("{exact} {unit}") }
+        Self::Figure { shown, unit: Some(scaled), value, exact: format!("{exact} {unit}") }
+    }
+
+    /// With its unit in the head of its column.
+    fn without_unit(value: &Value) -> Self {
+        match Self::counter(value, "") {
+            Self::Figure { shown, value, exact, .. } => Self::Figure { shown, unit: None, value, exact },
+            other => other,
+        }
     }
 
     pub(super) fn bytes(bytes: u64) -> Self {
@@ -96,18 +104,18 @@ impl Cell {
     }
 
     pub(super) fn count(count: u64) -> Self {
-        Self::counter(&Value::Count(count), "")
+        Self::without_unit(&Value::Count(count))
     }
 
     /// A number whose unit stands in the head of its column.
     pub(super) fn number(number: f64) -> Self {
-        Self::counter(&Value::Real(number), "")
+        Self::without_unit(&Value::Real(number))
     }
 
     /// A part of a whole, with one decimal; its unit stands in the head of its column.
     pub(super) fn per_cent(part: f64) -> Self {
         let value = 100.0 * part;
-        Self::Figure { shown: format!("{value:.1}"), unit: String::new(), value, exact: format!("{value} %") }
+        Self::Figure { shown: format!("{value:.1}"), unit: None, value, exact: format!("{value} %") }
     }
 }
 
@@ -176,7 +184,7 @@ impl Cell {
                     Escaped(exact.trim_end()),
                     Escaped(shown)
                 )?;
-                if !unit.is_empty() {
+                if let Some(unit) = unit {
                     write!(f, "<span class=\"u\">{}</span>", Escaped(unit))?;
                 }
                 f.write_str("</td>")
