@@ -1,6 +1,6 @@
 //! Counters by group, with what each means; ours, and those of the maker's profiler.
 
-use super::markup::{Cell, Column, Group, Table, sentences};
+use super::markup::{Cell, Column, Escaped, Group, Table, folded};
 use crate::counters::{Counter, Counters, Fidelity, Value};
 use crate::report::Report;
 use crate::text::{absent_sentences, margin, vendor_view};
@@ -24,9 +24,10 @@ pub(super) fn write(report: &Report) -> String {
     };
     let vendor =
         vendor_view(report).map_or(String::new(), |(view, profiler)| vendor(report, view, &profiler));
-    let absent: Vec<(String, Vec<String>)> = absent_sentences(report);
-    let absent: String =
-        absent.iter().map(|(title, reasons)| sentences(title, reasons.iter().map(String::as_str))).collect();
+    let absent: String = absent_sentences(report)
+        .iter()
+        .map(|(title, reasons)| folded(title, reasons.iter().map(String::as_str)))
+        .collect();
     format!("{table}{vendor}{absent}")
 }
 
@@ -95,7 +96,7 @@ fn vendor(report: &Report, view: &VendorView, profiler: &Profiler) -> String {
         groups: groups.collect(),
         filter: true,
     };
-    format!("<h3>As {} names them</h3>\n{table}", super::markup::Escaped(&profiler.name))
+    format!("<h3>As {} names them</h3>\n{table}", Escaped(&profiler.name))
 }
 
 /// A count of the frame is one of its passes too.

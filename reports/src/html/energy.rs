@@ -1,6 +1,6 @@
 //! What the frame's energy is made of.
 
-use super::markup::{Cell, Column, Group, Table, bar};
+use super::markup::{Cell, Column, Escaped, Group, Table, bar};
 use crate::report::{Energy, EnergyCause};
 use crate::units;
 
@@ -31,7 +31,7 @@ pub(super) fn write(energy: Option<&Energy>) -> String {
         groups: vec![Group { title: None, rows: causes.iter().enumerate().map(row).collect() }],
         filter: false,
     };
-    let process = super::markup::Escaped(process);
-    let origin = super::markup::Escaped(volts_from);
+    let process = Escaped(process);
+    let origin = Escaped(volts_from);
     format!("<p>{process}, {volts:.3} V of its {origin}, {celsius} degrees Celsius.</p>\n{bar}{table}")
 }

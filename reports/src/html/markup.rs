@@ -222,11 +222,21 @@ pub(super) fn section(id: &str, title: &str, body: &str) -> String {
 
 /// A list of sentences under a smaller heading, where there is one.
 pub(super) fn sentences<'a>(title: &str, sentences: impl IntoIterator<Item = &'a str>) -> String {
-    let items: String = sentences.into_iter().map(|text| format!("<li>{}</li>\n", Escaped(text))).collect();
+    let items = items(sentences);
+    if items.is_empty() { items } else { format!("<h3>{}</h3>\n<ul>{items}</ul>\n", Escaped(title)) }
+}
+
+/// As [`sentences`], behind its title until a reader asks for them.
+pub(super) fn folded<'a>(title: &str, sentences: impl IntoIterator<Item = &'a str>) -> String {
+    let items = items(sentences);
     if items.is_empty() {
-        return String::new();
+        return items;
     }
-    format!("<h3>{}</h3>\n<ul>{items}</ul>\n", Escaped(title))
+    format!("<details><summary>{}</summary>\n<ul>{items}</ul></details>\n", Escaped(title))
+}
+
+fn items<'a>(sentences: impl IntoIterator<Item = &'a str>) -> String {
+    sentences.into_iter().map(|text| format!("<li>{}</li>\n", Escaped(text))).collect()
 }
 
 /// Terms and what is said of each.

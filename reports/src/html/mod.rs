@@ -45,7 +45,7 @@ pub fn write(report: &Report, maps: &[&PixelMap<'_>], charts: &[Chart]) -> Resul
     let sections = [
         ("summary", "Summary", summary::write(report)),
         ("time", "Frame time", time::write(report)),
-        ("traffic", "Bandwidth by pass, buffer and level", traffic::write(report)),
+        ("traffic", "Bandwidth", traffic::write(report)),
         ("counters", "Counters", counters::write(report)),
         ("pixels", "Pixels", pixels::write(maps)?),
         ("energy", "Energy", energy::write(report.energy.as_ref())),

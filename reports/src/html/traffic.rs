@@ -25,12 +25,12 @@ pub(super) fn write(report: &Report) -> String {
         "<p>Bars of one level share a scale; levels do not. A cache is charged for the whole lines that are asked of it.</p>\n",
     );
     out += &legend(&buffers);
-    out += "<div class=\"levels\">\n";
+    out += "<div class=\"beside\"><div>\n";
     for level in &levels {
         out += &panel(level, &report.traffic, (&passes, &buffers), seconds.map(|ms| ms * 1e-3));
     }
-    out += "</div>\n";
-    out + &table(&report.traffic, &levels, &buffers)
+    out += &format!("</div>\n<div>{}</div></div>\n", table(&report.traffic, &levels, &buffers));
+    out
 }
 
 /// Caches from the cores to memory, then memory.
