@@ -104,7 +104,11 @@ pub(crate) fn of_frame(
         Fidelity::Timed => Within::simulated(),
         _ => Within::replayed(simulated(header, machine)),
     });
-    let report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
+    let mut report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
+    let images = machine.config.technique.reflections.is_none();
+    if images && replayed.maps.as_ref().is_some_and(|maps| maps.wasted_slots.is_none()) {
+        report.left_out.push(no_divergence_map());
+    }
     let occupancy = occupancy(header, machine, &replayed);
     Ok(Answer {
         report: with_vendor(report, machine, &Profiler::all()?),
@@ -267,6 +271,14 @@ fn with_vendor(mut report: Report, machine: &Machine, profilers: &[Profiler]) ->
     report
 }
 
+/// Of rays that a unit takes one by one.
+pub(crate) fn no_divergence_map() -> LeftOut {
+    LeftOut {
+        what: "divergence map".to_owned(),
+        why: "the ray unit takes each ray by itself, so that no lane waits for another".to_owned(),
+    }
+}
+
 /// What the trace says of its scene, and what was noticed on the way.
 fn facts(header: &TraceHeader, replayed: &Replayed) -> SceneFacts {
     let SceneRemarks { left_out, mut notes } = header.remarks.clone();
@@ -359,7 +371,7 @@ impl ReportFiles {
         // Bindings drop from the last to the first.
         let Self { folder, text, json, csv, html } = self;
         let Answer { report, .. } = answer;
-        let wasted = pictures::wasted(answer);
+        let wasted = pictures::wasted_by_reflections(answer);
         let pictures = Pictures::new(answer, wasted.as_deref());
         let mut ready = vec![
             text.written(text::write(report, text::Style::Plain).as_bytes())?,

@@ -50,7 +50,9 @@ pub(crate) const MAPS: [MapKind; 3] = [
 const COVERAGE: &str = "coverage";
 const COVERAGE_TITLE: &str = "Where reflections come from";
 const DIVERGENCE: &str = "divergence";
-const DIVERGENCE_TITLE: &str = "Lane slots that the pixel's warp wasted while it traced reflection rays";
+const DIVERGENCE_TITLE: &str = "Lane slots that the pixel's warp wasted while it traced";
+const DIVERGENCE_OF_REFLECTIONS_TITLE: &str =
+    "Lane slots that the pixel's warp wasted while it traced reflection rays";
 const DIVERGENCE_UNIT: &str = "%";
 /// Wasted slots are shown on the whole of their range.
 const DIVERGENCE_END: ScaleEnd = ScaleEnd::Value(100);
@@ -80,13 +82,13 @@ pub(crate) struct Pictures<'a> {
 }
 
 /// Lane slots that the warps of reflection rays wasted, in per cent, by pixel.
-pub(crate) fn wasted(answer: &Answer) -> Option<Vec<u32>> {
+pub(crate) fn wasted_by_reflections(answer: &Answer) -> Option<Vec<u32>> {
     let lane_slots = answer.reflections.as_ref()?.lane_slots.as_ref()?;
     Some(lane_use::wasted_per_cent(lane_slots))
 }
 
 impl<'a> Pictures<'a> {
-    /// Of a frame and what [`wasted`] says of it.
+    /// Of a frame and what [`wasted_by_reflections`] says of it.
     pub(crate) fn new(answer: &'a Answer, wasted: Option<&'a [u32]>) -> Self {
         let Answer { report, replayed, reflections, occupancy, .. } = answer;
         let Inputs { gpu, width, .. } = &report.inputs;
@@ -105,6 +107,10 @@ impl<'a> Pictures<'a> {
                 };
                 (kind.file, PixelMap::Heat(map))
             }));
+            maps.extend(heat.wasted_slots.as_ref().map(|map| {
+                let subtitle = format!("{frame}, {gpu}");
+                (DIVERGENCE, divergence(DIVERGENCE_TITLE, subtitle, width, &map.values))
+            }));
         }
         if let Some(of_pixels) = reflections {
             let coverage = PixelMap::Coverage {
@@ -114,15 +120,8 @@ impl<'a> Pictures<'a> {
             };
             maps.push((COVERAGE, coverage));
             maps.extend(wasted.map(|values| {
-                let map = HeatMap {
-                    title: DIVERGENCE_TITLE.to_owned(),
-                    subtitle: format!("{frame}, {gpu}"),
-                    unit: DIVERGENCE_UNIT.to_owned(),
-                    width: of_pixels.width,
-                    values,
-                    end: DIVERGENCE_END,
-                };
-                (DIVERGENCE, PixelMap::Heat(map))
+                let title = DIVERGENCE_OF_REFLECTIONS_TITLE;
+                (DIVERGENCE, divergence(title, format!("{frame}, {gpu}"), of_pixels.width, values))
             }));
         }
         Self { frame, gpu, maps, occupancy: occupancy.as_ref() }
@@ -176,6 +175,17 @@ impl<'a> Pictures<'a> {
         let maps: Vec<&PixelMap<'_>> = self.maps.iter().map(|(_, map)| map).collect();
         Ok(html::write(&answer.report, &maps, &charts)?)
     }
+}
+
+fn divergence<'a>(title: &str, subtitle: String, width: u32, values: &'a [u32]) -> PixelMap<'a> {
+    PixelMap::Heat(HeatMap {
+        title: title.to_owned(),
+        subtitle,
+        unit: DIVERGENCE_UNIT.to_owned(),
+        width,
+        values,
+        end: DIVERGENCE_END,
+    })
 }
 
 /// A title as it reads within a sentence: its first letter small.

@@ -93,9 +93,10 @@ fn read_out(browser: &Browser) -> Vec<u64> {
 }
 
 fn figures_at(maps: &HeatMaps, [x, y]: [u32; 2]) -> Vec<u64> {
-    let HeatMaps { node_fetches, loaded_bytes, warp_misses } = maps;
+    let HeatMaps { node_fetches, loaded_bytes, warp_misses, wasted_slots } = maps;
     let place = (y * SIZE[0] + x) as usize;
-    [node_fetches, loaded_bytes, warp_misses].map(|map| u64::from(map.values[place])).into()
+    let wasted_slots = wasted_slots.as_ref().expect("shaders walk in lockstep");
+    [node_fetches, loaded_bytes, warp_misses, wasted_slots].map(|map| u64::from(map.values[place])).into()
 }
 
 #[test]

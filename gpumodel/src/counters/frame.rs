@@ -519,4 +519,8 @@ pub struct HeatMaps {
     pub loaded_bytes: HeatMap,
     /// Lines read from DRAM by the pixel's warp: the same for all pixels of a warp, which share their lines.
     pub warp_misses: HeatMap,
+    /// Of the slots of the lanes of the pixel's warp, steps times lanes with a ray, those in which a lane waited for others, in per cent, all its rays
+    /// together: 0 where all go the same way, or none is traced. No map where a ray unit takes each ray by itself, and none of reflections, which
+    /// have [`ReflectionMaps::lane_slots`](crate::reflections::ReflectionMaps::lane_slots).
+    pub wasted_slots: Option<HeatMap>,
 }
