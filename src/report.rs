@@ -4,7 +4,7 @@ use crate::console;
 use crate::machine::Machine;
 use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
-use crate::pictures::{self, Pictures};
+use crate::pictures::{self, MOST_SAMPLED_PIXELS, Pictures};
 use crate::progress::Progress;
 use crate::reflections;
 use crate::sample::Plan;
@@ -16,7 +16,11 @@ use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceFile, TraceHeader};
+use std::sync::Arc;
+use tracer::{
+    Frame, Omission, Query, RaySample, RaySetId, Sampling, SceneRemarks, TileSource, Topology, TraceFile,
+    TraceHeader,
+};
 
 /// Program and version.
 pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
@@ -35,6 +39,8 @@ pub(crate) struct Answer {
     pub(crate) seconds: f64,
     /// What becomes of it on a phone that warms, where that was asked.
     pub(crate) load: Option<Followed>,
+    /// Of an image whose maps were kept: rays of a sample of its pixels, and their sets.
+    pub(crate) rays: Option<(Arc<RaySample>, Vec<RaySetId>)>,
 }
 
 impl Answer {
@@ -76,11 +82,16 @@ pub(crate) fn answers<S: TileSource>(
     let header = source.header();
     let configs: Vec<_> = machines.iter().map(|machine| machine.config.clone()).collect();
     let progress = Progress::tiles("tracing and replaying", u64::from(header.frame.tiles()));
+    let most = if maps == Maps::Kept { MOST_SAMPLED_PIXELS } else { 0 };
+    let sampling = Sampling::new(source, most);
     let (replayed, replay_s) =
-        timed(|| gpumodel::replay_all(source, &configs, maps, &|done, _| progress.set(done)));
+        timed(|| gpumodel::replay_all(&sampling, &configs, maps, &|done, _| progress.set(done)));
     drop(progress);
+    let rays = sampling.finish().map(Arc::new);
     let of_machine = |(machine, replayed): (&Machine, Replayed)| {
-        of_frame(header, source.topology(), machine, replayed, (before, replay_s), meter)
+        let answer = of_frame(header, source.topology(), machine, replayed, (before, replay_s), meter)?;
+        let rays = rays.as_ref().map(|rays| (Arc::clone(rays), header.ray_sets.clone()));
+        Ok(Answer { rays, ..answer })
     };
     machines.iter().zip(replayed?).map(of_machine).collect()
 }
@@ -118,6 +129,7 @@ pub(crate) fn of_frame(
         seconds: frame_seconds(&estimate),
         energy: estimate.energy,
         load: None,
+        rays: None,
     })
 }
 
@@ -223,6 +235,7 @@ pub(crate) fn sampled_answer<S: TileSource>(
         seconds: frame_seconds(&estimate),
         energy: estimate.energy,
         load: None,
+        rays: None,
     })
 }
 

@@ -5,11 +5,11 @@ mod common;
 use common::report;
 use gpumodel::reflections::Coverage;
 use reports::heat_map::{HeatMap, ScaleEnd};
-use reports::html::{Chart, PixelMap, write};
+use reports::html::{Chart, Pictures, PixelMap, write};
 use reports::{Report, Run};
 
 fn page(report: &Report) -> String {
-    write(report, &[], &[]).expect("a report without maps")
+    write(report, &Pictures::default()).expect("a report without maps")
 }
 
 /// Tags of elements that have an end.
@@ -77,8 +77,9 @@ fn text_of_a_report_is_shown_and_never_run() {
     report.traffic[0].levels[0].name = evil.into();
     report.assumptions = vec![evil.into()];
     let maps = [PixelMap::Heat(HeatMap { title: evil.into(), unit: evil.into(), ..heat(&[1, 2, 3, 4]) })];
-    let charts = [Chart { title: evil.into(), svg: "<svg></svg>".into() }];
-    let page = write(&report, &maps.each_ref(), &charts).expect("a small map");
+    let charts = vec![Chart { title: evil.into(), svg: "<svg></svg>".into() }];
+    let page =
+        write(&report, &Pictures { maps: maps.iter().collect(), rays: None, charts }).expect("a small map");
     assert!(!page.contains(evil) && !page.contains("<script>alert"));
     assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(&#39;&amp;&#39;)"));
     assert_balanced(&page);
@@ -133,6 +134,10 @@ fn what_a_report_does_not_have_is_no_empty_section() {
     assert!(page.contains("id=\"counters\""));
 }
 
+fn of<'a>(maps: &'a [PixelMap<'a>]) -> Pictures<'a> {
+    Pictures { maps: maps.iter().collect(), ..Pictures::default() }
+}
+
 #[test]
 fn maps_and_classes_stand_on_the_page_with_their_distribution() {
     let coverage = [Coverage::Screen, Coverage::QueryHit, Coverage::QueryHit, Coverage::NoSurface];
@@ -140,10 +145,10 @@ fn maps_and_classes_stand_on_the_page_with_their_distribution() {
         PixelMap::Heat(heat(&[10, 20, 30, 40])),
         PixelMap::Coverage { title: "Where from".into(), width: 2, coverage: &coverage },
     ];
-    let page = write(&report(), &maps.each_ref(), &[]).expect("small maps");
+    let page = write(&report(), &of(&maps)).expect("small maps");
     assert_balanced(&page);
     assert!(page.contains("\"divisor\":10") && page.contains("\"ray query, hit\""));
     assert!(page.contains(">25.00</td>"), "the mean");
     let odd = [PixelMap::Heat(heat(&[1, 2, 3]))];
-    assert!(write(&report(), &odd.each_ref(), &[]).is_err());
+    assert!(write(&report(), &of(&odd)).is_err());
 }

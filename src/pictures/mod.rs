@@ -1,8 +1,10 @@
 //! Pictures of a frame: what its pixels cost and where their reflections come from, and how full its ray unit is.
 
 mod panels;
+mod rays;
 
 pub(crate) use panels::{MOST_PANELS, Mapped, panels};
+pub(crate) use rays::MOST_SAMPLED_PIXELS;
 
 use crate::report::Answer;
 use gpumodel::HeatMaps;
@@ -172,8 +174,13 @@ impl<'a> Pictures<'a> {
             let chart = self.occupancy_chart(occupancy);
             charts.push(html::Chart { svg: chart.svg()?, title: chart.title });
         }
-        let maps: Vec<&PixelMap<'_>> = self.maps.iter().map(|(_, map)| map).collect();
-        Ok(html::write(&answer.report, &maps, &charts)?)
+        let rays = answer.rays.as_ref();
+        let pictures = html::Pictures {
+            maps: self.maps.iter().map(|(_, map)| map).collect(),
+            rays: rays.and_then(|(sample, sets)| rays::traced(sample, sets, &answer.report)),
+            charts,
+        };
+        Ok(html::write(&answer.report, &pictures)?)
     }
 }
 

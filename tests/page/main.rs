@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 use tempfile::TempDir;
-use tracer::TraceFile;
+use tracer::{Op, Step, Tile, TileSource, TraceFile};
 use webdriver::{Browser, Window};
 
 const DESK: Window = Window { width: 1280, scheme: "light" };
@@ -242,6 +242,51 @@ fn the_read_out_tells_what_the_replay_counted_by_field_by_pointer_and_by_arrow_k
     browser.point(place[0].round() as i64, place[1].round() as i64);
     assert_eq!(read_out(&browser), figures_at(&maps, pixel), "{pixel:?} by the pointer");
     assert_eq!(browser.console(), Vec::<String>::new());
+}
+
+#[test]
+fn the_rays_of_a_pixel_take_the_steps_that_the_trace_has() {
+    let Some(browser) = Browser::or_skip("the ray inspector") else { return };
+    let small = Small::get();
+    let trace = TraceFile::open(&small.trace()).expect("a trace");
+    browser.show(&small.page(), DESK);
+    let mut tile = Tile::default();
+    for [x, y] in [[0, 0], [31, 17], [SIZE[0] - 1, SIZE[1] - 1]] {
+        let mut expected: Vec<Vec<String>> = Vec::new();
+        for index in 0..trace.header().frame.tiles() {
+            let rect = trace.header().frame.tile(index);
+            if !(rect.x..rect.x + rect.width).contains(&x) || !(rect.y..rect.y + rect.height).contains(&y) {
+                continue;
+            }
+            trace.tile(index, &mut tile).expect("a sound trace");
+            let ray = ((y - rect.y) * rect.width + x - rect.x) as usize;
+            let rays = tile.ray_sets.iter().map(|set| &set.steps[set.range(ray)]);
+            expected
+                .extend(rays.filter(|steps| !steps.is_empty()).map(|steps| steps.iter().map(told).collect()));
+        }
+        for (axis, value) in [("x", x), ("y", y)] {
+            browser.script(&format!(
+                "const field = document.getElementById('at-{axis}'); field.value = {value}; field.dispatchEvent(new Event('input'));"
+            ));
+        }
+        let shown = browser.script(
+            "return [...document.querySelectorAll('#rays .steps')].map((list) => [...list.children].map((step) => step.textContent))",
+        );
+        assert_eq!(shown, serde_json::json!(expected), "{x} {y}");
+        assert!(!expected.is_empty());
+    }
+}
+
+/// A step as the page tells it.
+fn told(step: &Step) -> String {
+    let name = match step.op() {
+        Op::Node => "node",
+        Op::Push => "push",
+        Op::Pop => "pop",
+        Op::Primitive => "triangle",
+        other => panic!("a stack takes no step {other:?}"),
+    };
+    format!("{name} {}", step.id())
 }
 
 #[test]

@@ -9,12 +9,14 @@ mod facts;
 mod markup;
 mod packed;
 mod pixels;
+mod rays;
 mod summary;
 mod sustained;
 mod time;
 mod traffic;
 
 pub use pixels::PixelMap;
+pub use rays::{Ray, RayEnd, RaySample};
 
 use crate::chart::{MOST_SERIES, series_colour};
 use crate::heat_map::Unpaintable;
@@ -22,10 +24,11 @@ use crate::report::Report;
 use markup::{Escaped, section};
 
 const STYLE: &str = include_str!("assets/page.css");
-const SCRIPTS: [&str; 4] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("assets/tables.js"),
     include_str!("assets/tips.js"),
     include_str!("assets/unpack.js"),
+    include_str!("assets/rays.js"),
     include_str!("assets/pixels.js"),
 ];
 
@@ -37,17 +40,33 @@ pub struct Chart {
     pub svg: String,
 }
 
-/// The page. Maps are those of the frame's pixels.
+/// What a page shows beside the report.
+#[derive(Default)]
+pub struct Pictures<'a> {
+    /// Of the frame's pixels.
+    pub maps: Vec<&'a PixelMap<'a>>,
+    /// Steps of some of the rays of these pixels.
+    pub rays: Option<RaySample>,
+    /// Charts.
+    pub charts: Vec<Chart>,
+}
+
+/// The page.
 ///
 /// # Errors
 /// When a map has no values, not a whole number of rows, or another size than the first.
-pub fn write(report: &Report, maps: &[&PixelMap<'_>], charts: &[Chart]) -> Result<String, Unpaintable> {
+pub fn write(report: &Report, pictures: &Pictures<'_>) -> Result<String, Unpaintable> {
+    let Pictures { maps, rays, charts } = pictures;
+    let pixels = match maps.is_empty() {
+        true => String::new(),
+        false => format!("{}{}", pixels::write(maps)?, rays::write(rays.as_ref())),
+    };
     let sections = [
         ("summary", "Summary", summary::write(report)),
         ("time", "Frame time", time::write(report)),
         ("traffic", "Bandwidth", traffic::write(report)),
         ("counters", "Counters", counters::write(report)),
-        ("pixels", "Pixels", pixels::write(maps)?),
+        ("pixels", "Pixels", pixels),
         ("energy", "Energy", energy::write(report.energy.as_ref())),
         ("sustained", "On a phone that warms", sustained::write(report.sustained.as_ref())),
         ("charts", "Charts", charts.iter().map(chart).collect()),

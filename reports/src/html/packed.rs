@@ -23,7 +23,7 @@ pub(super) struct Packed {
 }
 
 impl Packed {
-    /// Of rows of `width` values.
+    /// Of rows of `width` values, at least 1.
     pub(super) fn new(width: usize, values: &[u32]) -> Self {
         let divisor = values.iter().copied().fold(0, greatest_common_divisor).max(1);
         let folded = differences(width, values, divisor);
@@ -33,6 +33,13 @@ impl Packed {
             .flat_map(|plane| folded.iter().map(move |&folded| (folded >> (8 * plane)) as u8))
             .collect();
         Self { divisor, planes, data: base64(&compress_to_vec_zlib(&bytes, DEFLATE_LEVEL)) }
+    }
+}
+
+impl Packed {
+    /// Letters of the data.
+    pub(super) fn letters(&self) -> usize {
+        self.data.len()
     }
 }
 

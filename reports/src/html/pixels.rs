@@ -34,8 +34,6 @@ pub enum PixelMap<'a> {
 struct Data<'a> {
     /// Values across and down.
     size: [u32; 2],
-    /// Pixels of the frame across and down.
-    frame: [u32; 2],
     /// Pixels across and down that a value stands for.
     reduce: u32,
     ramp: [Rgb; 9],
@@ -77,7 +75,6 @@ pub(super) fn write(maps: &[&PixelMap<'_>]) -> Result<String, Unpaintable> {
     let size = frame.map(|side| side.div_ceil(reduce));
     let data = Data {
         size,
-        frame,
         reduce,
         ramp: ramp::POINTS,
         none: UNPAINTED,

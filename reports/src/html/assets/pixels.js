@@ -1,5 +1,5 @@
 /** Draws the maps and tells the figures of the pixel that is pointed at. */
-async function showPixels({ size: [width, height], frame, reduce, ramp, none, maps }) {
+async function showPixels({ size: [width, height], reduce, ramp, none, maps }, showRaysAt) {
   const byId = (id) => document.getElementById(id);
   const [canvas, loupe, mark, scale, readout, pin] = ["map", "loupe", "mark", "scale", "readout", "pin"].map(byId);
   const fields = [byId("at-x"), byId("at-y")];
@@ -89,6 +89,7 @@ async function showPixels({ size: [width, height], frame, reduce, ramp, none, ma
     const reach = (loupe.width - 1) / 2;
     context.clearRect(0, 0, loupe.width, loupe.height);
     context.putImageData(painted, reach - x, reach - y);
+    showRaysAt(at.map((of) => of * reduce));
   };
 
   const go = (x, y) => {
@@ -146,5 +147,9 @@ async function showPixels({ size: [width, height], frame, reduce, ramp, none, ma
   else if (!("DecompressionStream" in window)) {
     document.querySelector(".viewer").textContent = "This browser cannot unpack the maps; the same pictures lie beside this page as PNG files.";
     ready();
-  } else showPixels(JSON.parse(data.textContent)).then(ready);
+  } else {
+    const rays = document.getElementById("ray-data");
+    const shown = rays ? showRays(JSON.parse(rays.textContent)) : Promise.resolve(() => {});
+    shown.then((showRaysAt) => showPixels(JSON.parse(data.textContent), showRaysAt)).then(ready);
+  }
 }
