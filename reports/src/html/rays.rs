@@ -2,7 +2,6 @@
 //!
 //! All rays of a large frame take more steps than a page has room for. The sample is thinned until it fits.
 
-use super::markup::Escaped;
 use super::packed::Packed;
 use serde::Serialize;
 
@@ -131,25 +130,30 @@ impl RaySample {
 /// What the script fills, and the data; nothing where no sample of rays was kept, or one pixel's are too many.
 pub(super) fn write(sample: Option<&RaySample>) -> String {
     let Some(sample) = sample.filter(|sample| !sample.rays.is_empty()) else { return String::new() };
-    let mut sample = sample.clone();
-    while sample.data().letters() > MOST_LETTERS {
-        if sample.size == [1, 1] {
+    let mut thinned = sample.clone();
+    loop {
+        let data = thinned.data();
+        if data.letters() <= MOST_LETTERS {
+            return shown(&data);
+        }
+        if thinned.size == [1, 1] {
             return String::new();
         }
-        sample = sample.thinned();
+        thinned = thinned.thinned();
     }
-    let which = match sample.every {
+}
+
+fn shown(data: &Data<'_>) -> String {
+    let which = match data.every {
         1 => "every pixel".to_owned(),
         every => format!("one pixel in {every}, across and down"),
     };
-    let json =
-        serde_json::to_string(&sample.data()).expect("strings and whole numbers").replace('<', "\\u003c");
+    let json = serde_json::to_string(data).expect("strings and whole numbers").replace('<', "\\u003c");
     format!(
         "<div class=\"needs-js\"><h3>Rays of the nearest pixel of a sample</h3>\n\
-         <p>The page has the steps of {}. A node is fetched and tested by its number; a push or pop moves the stack entry at a depth; a triangle is \
+         <p>The page has the steps of {which}. A node is fetched and tested by its number; a push or pop moves the stack entry at a depth; a triangle is \
          tested by its place in the structure's list of references.</p>\n<div id=\"rays\"></div></div>\n\
-         <script type=\"application/json\" id=\"ray-data\">{json}</script>\n",
-        Escaped(&which)
+         <script type=\"application/json\" id=\"ray-data\">{json}</script>\n"
     )
 }
 

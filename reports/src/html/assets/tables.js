@@ -48,7 +48,8 @@ function makeFilterable(scroll, table) {
   line.className = "filter";
   const field = Object.assign(document.createElement("input"), { type: "search", placeholder: "words of a name or formula" });
   const found = document.createElement("output");
-  line.append(`Filter ${scroll.getAttribute("aria-label").toLowerCase()}`, field, found);
+  field.setAttribute("aria-label", `Filter: ${scroll.getAttribute("aria-label")}`);
+  line.append("Filter", field, found);
   scroll.before(line);
   const texts = rows.map((row) => `${row.parentNode.querySelector(".group")?.textContent ?? ""} ${row.textContent}`.toLowerCase());
   field.addEventListener("input", () => {
