@@ -5,8 +5,8 @@ use reports::Report;
 use reports::html::{Ray, RayEnd, RaySample};
 use tracer::{DECIDED_BY_MICROMAP, NOT_CAST, Op, RaySetId, SampledRay, Step};
 
-/// Pixels whose rays are kept, at most: one in 16 across and down of 1024x1024.
-pub(crate) const MOST_SAMPLED_PIXELS: u32 = 4096;
+/// Pixels whose rays are kept, at most: one in 8 across and down of 1024x1024.
+pub(crate) const MOST_SAMPLED_PIXELS: u32 = 16_384;
 
 /// What a step may be, by [`Op`], and after them any-hit tests that a micromap decided.
 const OPERATIONS: [&str; 9] =

@@ -57,10 +57,7 @@ pub struct Pictures<'a> {
 /// When a map has no values, not a whole number of rows, or another size than the first.
 pub fn write(report: &Report, pictures: &Pictures<'_>) -> Result<String, Unpaintable> {
     let Pictures { maps, rays, charts } = pictures;
-    let pixels = match maps.is_empty() {
-        true => String::new(),
-        false => format!("{}{}", pixels::write(maps)?, rays::write(rays.as_ref())),
-    };
+    let pixels = pixels::write(maps, &rays::write(rays.as_ref()))?;
     let sections = [
         ("summary", "Summary", summary::write(report)),
         ("time", "Frame time", time::write(report)),

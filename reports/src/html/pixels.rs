@@ -54,11 +54,11 @@ struct MapData<'a> {
     packed: Packed,
 }
 
-/// A section of all maps of one frame; nothing without a map.
+/// A section of all maps of one frame, with `rays` of its pixels beside them; nothing without a map.
 ///
 /// # Errors
 /// When a map has no values, not a whole number of rows, or another size than the first.
-pub(super) fn write(maps: &[&PixelMap<'_>]) -> Result<String, Unpaintable> {
+pub(super) fn write(maps: &[&PixelMap<'_>], rays: &str) -> Result<String, Unpaintable> {
     let Some(first) = maps.first() else { return Ok(String::new()) };
     let frame = first.size()?;
     for map in maps {
@@ -89,7 +89,7 @@ pub(super) fn write(maps: &[&PixelMap<'_>]) -> Result<String, Unpaintable> {
     } else {
         String::new()
     };
-    let viewer = viewer(maps, size);
+    let viewer = viewer(maps, size, rays);
     Ok(format!(
         "{note}{viewer}{}<script type=\"application/json\" id=\"map-data\">{json}</script>\n",
         distributions(maps)
@@ -97,7 +97,7 @@ pub(super) fn write(maps: &[&PixelMap<'_>]) -> Result<String, Unpaintable> {
 }
 
 /// Places for the script to fill; unseen without it.
-fn viewer(maps: &[&PixelMap<'_>], [width, height]: [u32; 2]) -> String {
+fn viewer(maps: &[&PixelMap<'_>], [width, height]: [u32; 2], rays: &str) -> String {
     let choice = |(index, map): (usize, &&PixelMap<'_>)| {
         let checked = if index == 0 { " checked" } else { "" };
         let title = Escaped(map.title());
@@ -118,7 +118,7 @@ fn viewer(maps: &[&PixelMap<'_>], [width, height]: [u32; 2]) -> String {
          <button id=\"pin\" type=\"button\" aria-pressed=\"false\">Hold</button></div>\n\
          <canvas id=\"loupe\" width=\"13\" height=\"13\" aria-hidden=\"true\"></canvas>\n\
          <table id=\"readout\" aria-live=\"polite\"></table>\n\
-         <p class=\"hint\">Point, touch, or use the arrow keys. A click holds the pixel.</p></div>\n</div>\n"
+         <p class=\"hint\">Point, touch, or use the arrow keys. A click holds the pixel.</p>{rays}</div>\n</div>\n"
     )
 }
 
@@ -255,8 +255,8 @@ mod tests {
             })
         };
         let four = [1, 2, 3, 4];
-        assert!(write(&[&heat(2, &four), &heat(2, &four)]).is_ok());
-        assert!(write(&[&heat(2, &four), &heat(4, &four)]).is_err());
-        assert!(write(&[&heat(3, &four)]).is_err());
+        assert!(write(&[&heat(2, &four), &heat(2, &four)], "").is_ok());
+        assert!(write(&[&heat(2, &four), &heat(4, &four)], "").is_err());
+        assert!(write(&[&heat(3, &four)], "").is_err());
     }
 }

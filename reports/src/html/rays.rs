@@ -150,9 +150,9 @@ fn shown(data: &Data<'_>) -> String {
     };
     let json = serde_json::to_string(data).expect("strings and whole numbers").replace('<', "\\u003c");
     format!(
-        "<div class=\"needs-js\"><h3>Rays of the nearest pixel of a sample</h3>\n\
-         <p>The page has the steps of {which}. A node is fetched and tested by its number; a push or pop moves the stack entry at a depth; a triangle is \
-         tested by its place in the structure's list of references.</p>\n<div id=\"rays\"></div></div>\n\
+        "<h3>Rays of the nearest sampled pixel</h3>\n<div id=\"rays\"></div>\n\
+         <p class=\"hint\">The page has the steps of {which}. A node is fetched and tested by its number, with the next one where they come in pairs; a push or pop moves the stack entry at a \
+         depth; a triangle is tested by its place in the structure's list of references.</p>\n\
          <script type=\"application/json\" id=\"ray-data\">{json}</script>\n"
     )
 }
