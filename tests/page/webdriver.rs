@@ -5,9 +5,13 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 use tempfile::TempDir;
 
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// Many times what an answer takes: a browser that is silent for so long hangs.
+const LONGEST: Duration = Duration::from_secs(60);
 
 /// What a page may see of how its reader wants it.
 #[derive(Clone, Copy, Debug)]
@@ -129,17 +133,18 @@ impl Browser {
 
     fn ask(&self, method: &str, path: &str, body: &Value) -> Result<Value, String> {
         let answer = self.exchange(method, path, &body.to_string()).map_err(|error| error.to_string())?;
-        let (_, content) = answer.split_once("\r\n\r\n").ok_or("an answer without a body")?;
         let mut answer: Value =
-            serde_json::from_str(content).map_err(|error| format!("{error}: {content}"))?;
+            serde_json::from_str(&answer).map_err(|error| format!("{error}: {answer}"))?;
         match answer["value"].take() {
             value if value["error"].is_string() => Err(value["message"].to_string()),
             value => Ok(value),
         }
     }
 
+    /// The body of the answer. The driver keeps connections open, so its length counts.
     fn exchange(&self, method: &str, path: &str, body: &str) -> std::io::Result<String> {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port))?;
+        stream.set_read_timeout(Some(LONGEST))?;
         let length = body.len();
         write!(
             stream,
@@ -147,9 +152,20 @@ impl Browser {
              Content-Length: {length}\r\nConnection: close\r\n\r\n{body}",
             self.port
         )?;
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer)?;
-        Ok(answer)
+        let mut stream = BufReader::new(stream);
+        let mut length = 0;
+        for line in stream.by_ref().lines() {
+            let line = line?.to_ascii_lowercase();
+            if let Some(told) = line.strip_prefix("content-length:") {
+                length = told.trim().parse().unwrap_or(0);
+            }
+            if line.is_empty() {
+                break;
+            }
+        }
+        let mut answer = vec![0; length];
+        stream.read_exact(&mut answer)?;
+        String::from_utf8(answer).map_err(std::io::Error::other)
     }
 }
 
