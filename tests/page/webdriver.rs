@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
@@ -49,7 +49,7 @@ impl Browser {
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
-            .map_err(|error| format!("{driver} does not start: {error}"))?;
+            .map_err(|error| format!("{} does not start: {error}", driver.display()))?;
         let lines = BufReader::new(driver.stdout.take().expect("it is piped")).lines();
         let port = lines.map_while(Result::ok).find_map(|line| {
             line.strip_suffix('.')?.rsplit_once("started successfully on port ")?.1.parse().ok()
@@ -181,11 +181,12 @@ impl Drop for Browser {
 }
 
 /// The program that a variable names, or the first of these on the path.
-fn program(variable: &str, names: &[&str]) -> Option<String> {
-    if let Ok(named) = std::env::var(variable) {
-        return Some(named);
+fn program(variable: &str, names: &[&str]) -> Option<PathBuf> {
+    if let Some(named) = std::env::var_os(variable) {
+        return Some(named.into());
     }
     let path = std::env::var_os("PATH")?;
-    let found = |name: &&&str| std::env::split_paths(&path).any(|folder| folder.join(name).is_file());
-    names.iter().find(found).map(|name| (*name).to_owned())
+    let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
+    let mut places = names.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
+    places.find(|place| place.is_file())
 }

@@ -127,9 +127,12 @@ impl RaySample {
     }
 }
 
-/// What the script fills, and the data; nothing where no sample of rays was kept, or one pixel's are too many.
+/// What the page says where it has no sample.
+const NONE: &str = "<p class=\"hint\">The page has no steps of rays: this frame traces lists of rays, or those of one pixel are too many.</p>\n";
+
+/// What the script fills, and the data; a sentence where no sample of rays was kept, or one pixel's are too many.
 pub(super) fn write(sample: Option<&RaySample>) -> String {
-    let Some(sample) = sample.filter(|sample| !sample.rays.is_empty()) else { return String::new() };
+    let Some(sample) = sample.filter(|sample| !sample.rays.is_empty()) else { return NONE.to_owned() };
     let mut thinned = sample.clone();
     loop {
         let data = thinned.data();
@@ -137,7 +140,7 @@ pub(super) fn write(sample: Option<&RaySample>) -> String {
             return shown(&data);
         }
         if thinned.size == [1, 1] {
-            return String::new();
+            return NONE.to_owned();
         }
         thinned = thinned.thinned();
     }
@@ -191,6 +194,6 @@ mod tests {
         let large = write(Some(&sample([64, 64], 1000)));
         assert!(large.len() < MOST_LETTERS + 2000, "{}", large.len());
         assert!(!large.contains("one pixel in 4,") && large.contains("one pixel in "));
-        assert_eq!(write(None), "");
+        assert!(write(None).contains("no steps of rays"));
     }
 }

@@ -3,6 +3,7 @@
 use super::markup::{Escaped, series_class};
 use crate::counters::Counters;
 use crate::report::{Inputs, Report, TimePart};
+use crate::text::margin;
 use crate::units;
 use crate::within::Within;
 
@@ -58,9 +59,15 @@ pub(super) fn write(report: &Report) -> String {
             let (size, unit) = units::scale("B/s", (read + written) / (ms * 1e-3));
             format!("{} {unit} on average", units::digits((read + written) / (ms * 1e-3) / size))
         });
+        let sampled = report.counters.get("dram_read_bytes").map(margin).filter(|margin| !margin.is_empty());
+        let sampled = sampled.map(|margin| format!("what is read: {margin} (95 %)"));
         let [read, written, both] = [read, written, read + written].map(shown);
         let parts = format!("{} {} read, {} {} written", read.0, read.1, written.0, written.1);
-        out += &stat("DRAM traffic", &both, &[Some(parts), rate].into_iter().flatten().collect::<Vec<_>>());
+        out += &stat(
+            "DRAM traffic",
+            &both,
+            &[Some(parts), sampled, rate].into_iter().flatten().collect::<Vec<_>>(),
+        );
     }
     if let Some(energy) = figure("energy_mj") {
         out += &stat("Energy", &energy, &["an estimate".to_owned()]);
