@@ -167,7 +167,9 @@ mod tests {
     fn sample(size: [u32; 2], steps: usize) -> RaySample {
         let ray = |place: u32| Ray {
             end: RayEnd::Hit(place),
-            steps: (0..steps as u32).map(|step| (0, (place * 7919 + step * step * 31) % 100_003)).collect(),
+            steps: (0..steps as u32)
+                .map(|step| (0, (1000 * place + step).wrapping_mul(2_654_435_761) % 100_003))
+                .collect(),
         };
         RaySample {
             every: 4,
