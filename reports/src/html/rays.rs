@@ -165,11 +165,15 @@ mod tests {
     use super::*;
 
     fn sample(size: [u32; 2], steps: usize) -> RaySample {
+        // Noise: products alone have equal differences, which take no room.
+        let noise = |n: u32| {
+            let n = (n + 1).wrapping_mul(2_654_435_761);
+            let n = (n ^ (n >> 15)).wrapping_mul(2_246_822_519);
+            (n ^ (n >> 13)) % 100_003
+        };
         let ray = |place: u32| Ray {
             end: RayEnd::Hit(place),
-            steps: (0..steps as u32)
-                .map(|step| (0, (1000 * place + step).wrapping_mul(2_654_435_761) % 100_003))
-                .collect(),
+            steps: (0..steps as u32).map(|step| (0, noise(1000 * place + step))).collect(),
         };
         RaySample {
             every: 4,
