@@ -4,10 +4,11 @@ use crate::frame::Frame;
 use crate::machine::Machine;
 use crate::meter::{Meter, timed};
 use crate::progress::Progress;
-use crate::report::{Answer, Before, of_frame};
+use crate::report::{Answer, Before, no_divergence_map, of_frame};
 use anyhow::bail;
 use gpumodel::reflections::{ListTracer, ReflectionFrame, ReplayedReflections, Shadows, replay_reflections};
 use gpumodel::{Maps, QueryOrigin, Reflections as Technique, ScreenSpace};
+use reports::LeftOut;
 use scenes::{Scene, Vec3};
 use tracer::reflections::{
     GBuffer, March, Outcome, RecordedReflections, ReflectionList, ReflectionSettings, Reflections,
@@ -177,10 +178,8 @@ fn answer(
         header.remarks.left_out.push(Omission { what, why });
     }
     if maps.as_ref().is_some_and(|maps| maps.lane_slots.is_none()) {
-        header.remarks.left_out.push(Omission {
-            what: "divergence map".to_owned(),
-            why: "the ray unit takes each ray by itself, so that no lane waits for another".to_owned(),
-        });
+        let LeftOut { what, why } = no_divergence_map();
+        header.remarks.left_out.push(Omission { what, why });
     }
     let answer = of_frame(&header, topology, machine, replayed, (before, seconds), meter)?;
     Ok(Answer { reflections: maps, ..answer })

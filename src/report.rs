@@ -4,7 +4,7 @@ use crate::console;
 use crate::machine::Machine;
 use crate::meter::{self, Meter, timed};
 use crate::output::{OutputFile, OutputFolder};
-use crate::pictures;
+use crate::pictures::{self, MOST_SAMPLED_PIXELS, Pictures};
 use crate::progress::Progress;
 use crate::reflections;
 use crate::sample::Plan;
@@ -16,7 +16,11 @@ use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
 use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text};
 use std::path::Path;
-use tracer::{Frame, Omission, Query, RaySetId, SceneRemarks, TileSource, Topology, TraceFile, TraceHeader};
+use std::sync::Arc;
+use tracer::{
+    Frame, Omission, Query, RaySample, RaySetId, Sampling, SceneRemarks, TileSource, Topology, TraceFile,
+    TraceHeader,
+};
 
 /// Program and version.
 pub(crate) const TOOL: &str = concat!("raybudget ", env!("CARGO_PKG_VERSION"));
@@ -35,6 +39,8 @@ pub(crate) struct Answer {
     pub(crate) seconds: f64,
     /// What becomes of it on a phone that warms, where that was asked.
     pub(crate) load: Option<Followed>,
+    /// Of an image whose maps were kept: rays of a sample of its pixels, and their sets.
+    pub(crate) rays: Option<(Arc<RaySample>, Vec<RaySetId>)>,
 }
 
 impl Answer {
@@ -76,11 +82,16 @@ pub(crate) fn answers<S: TileSource>(
     let header = source.header();
     let configs: Vec<_> = machines.iter().map(|machine| machine.config.clone()).collect();
     let progress = Progress::tiles("tracing and replaying", u64::from(header.frame.tiles()));
+    let most = if maps == Maps::Kept { MOST_SAMPLED_PIXELS } else { 0 };
+    let sampling = Sampling::new(source, most);
     let (replayed, replay_s) =
-        timed(|| gpumodel::replay_all(source, &configs, maps, &|done, _| progress.set(done)));
+        timed(|| gpumodel::replay_all(&sampling, &configs, maps, &|done, _| progress.set(done)));
     drop(progress);
+    let rays = sampling.finish().map(Arc::new);
     let of_machine = |(machine, replayed): (&Machine, Replayed)| {
-        of_frame(header, source.topology(), machine, replayed, (before, replay_s), meter)
+        let answer = of_frame(header, source.topology(), machine, replayed, (before, replay_s), meter)?;
+        let rays = rays.as_ref().map(|rays| (Arc::clone(rays), header.ray_sets.clone()));
+        Ok(Answer { rays, ..answer })
     };
     machines.iter().zip(replayed?).map(of_machine).collect()
 }
@@ -104,7 +115,11 @@ pub(crate) fn of_frame(
         Fidelity::Timed => Within::simulated(),
         _ => Within::replayed(simulated(header, machine)),
     });
-    let report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
+    let mut report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run);
+    let images = machine.config.technique.reflections.is_none();
+    if images && replayed.maps.as_ref().is_some_and(|maps| maps.wasted_slots.is_none()) {
+        report.left_out.push(no_divergence_map());
+    }
     let occupancy = occupancy(header, machine, &replayed);
     Ok(Answer {
         report: with_vendor(report, machine, &Profiler::all()?),
@@ -114,6 +129,7 @@ pub(crate) fn of_frame(
         seconds: frame_seconds(&estimate),
         energy: estimate.energy,
         load: None,
+        rays: None,
     })
 }
 
@@ -219,6 +235,7 @@ pub(crate) fn sampled_answer<S: TileSource>(
         seconds: frame_seconds(&estimate),
         energy: estimate.energy,
         load: None,
+        rays: None,
     })
 }
 
@@ -265,6 +282,14 @@ fn with_vendor(mut report: Report, machine: &Machine, profilers: &[Profiler]) ->
     let profiler = profilers.iter().find(|profiler| profiler.family == gpu.identity.family);
     report.vendor = profiler.map(|profiler| VendorView::new(profiler, &report, gpu));
     report
+}
+
+/// Of rays that a unit takes one by one.
+pub(crate) fn no_divergence_map() -> LeftOut {
+    LeftOut {
+        what: "divergence map".to_owned(),
+        why: "the ray unit takes each ray by itself, so that no lane waits for another".to_owned(),
+    }
 }
 
 /// What the trace says of its scene, and what was noticed on the way.
@@ -336,6 +361,7 @@ pub(crate) struct ReportFiles {
     text: OutputFile,
     json: OutputFile,
     csv: OutputFile,
+    html: OutputFile,
     folder: OutputFolder,
 }
 
@@ -348,6 +374,7 @@ impl ReportFiles {
             text: folder.file("report.txt")?,
             json: folder.file("report.json")?,
             csv: folder.file("counters.csv")?,
+            html: folder.file("report.html")?,
             folder,
         })
     }
@@ -355,24 +382,24 @@ impl ReportFiles {
     /// Writes all files. Of pictures those that the frame has: a list of rays has no pixels and so no heat maps.
     pub(crate) fn write(self, answer: &Answer) -> anyhow::Result<()> {
         // Bindings drop from the last to the first.
-        let Self { folder, text, json, csv } = self;
+        let Self { folder, text, json, csv, html } = self;
         let Answer { report, .. } = answer;
-        let pictures = pictures::of_answer(answer)?;
+        let wasted = pictures::wasted_by_reflections(answer);
+        let pictures = Pictures::new(answer, wasted.as_deref());
         let mut ready = vec![
             text.written(text::write(report, text::Style::Plain).as_bytes())?,
             json.written(json::write(report).as_bytes())?,
             csv.written(csv_table::write(report).as_bytes())?,
+            html.written(pictures.page(answer)?.as_bytes())?,
         ];
         if report.inputs.width.is_none() {
             console::warn("a list of rays has no pixels: no heat maps are written");
         }
         let of_load = match &answer.load {
-            Some(load) => {
-                load.files(format!("{}, {}", pictures::frame(&report.inputs), report.inputs.gpu))?
-            }
+            Some(load) => load.files(pictures.subtitle())?,
             None => Vec::new(),
         };
-        for (name, bytes) in pictures.into_iter().chain(of_load) {
+        for (name, bytes) in pictures.files()?.into_iter().chain(of_load) {
             ready.push(folder.file(&name)?.written(&bytes)?);
         }
         OutputFile::finish_all(ready)?;

@@ -160,9 +160,14 @@ fn assumptions(phone: &Phone, prices: &EnergyPrices) -> Vec<String> {
 }
 
 impl Followed {
+    /// Frame rate, clock, power and temperatures over time.
+    pub(crate) fn chart(&self, subtitle: String) -> TimeSeriesChart {
+        sustained::chart(&self.phone, &self.points, &self.run, subtitle)
+    }
+
     /// The series over time, and its chart under a subtitle: names and bytes of files.
     pub(crate) fn files(&self, subtitle: String) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-        let chart: TimeSeriesChart = sustained::chart(&self.phone, &self.points, &self.run, subtitle);
+        let chart = self.chart(subtitle);
         Ok(vec![
             (FILES[0].to_owned(), sustained::csv_text(&self.phone, &self.points, &self.run).into_bytes()),
             (FILES[1].to_owned(), chart.svg()?.into_bytes()),

@@ -59,6 +59,22 @@ fn a_warp_of_equal_rays_does_not_diverge_and_shares_every_line() {
 }
 
 #[test]
+fn lanes_that_wait_for_the_longest_of_their_warp_waste_its_slots() {
+    let visits = |nodes: u32| ((0..nodes).map(|node| (Op::Node, node)).collect(), NO_HIT);
+    let wasted = |rays: &[MockRay], machine: Gpu| {
+        let replayed = run_on(&Recorded::list(Accel::Bvh, "stack", 64, rays), &config(machine));
+        replayed.maps.expect("kept").wasted_slots.expect("shaders walk in lockstep").values
+    };
+    // Four steps of two lanes, in which one lane has three steps nothing to do: 3/8.
+    let two = [visits(4), visits(1)];
+    assert_eq!(wasted(&two, gpu(&[])), [38, 38]);
+    assert_eq!(wasted(&[visits(4), visits(4)], gpu(&[])), [0, 0]);
+    let mut narrow = gpu(&[]);
+    narrow.cores.warp_width = 1;
+    assert_eq!(wasted(&two, narrow), [0, 0]);
+}
+
+#[test]
 fn rays_at_neighbouring_nodes_take_as_many_lines_as_their_records_fill() {
     for (accel, traversal, loads, lines_per_load) in [
         // 32 records of 16 bytes fill 8 lines; of 32 bytes, 16 lines, touched by both loads.

@@ -55,7 +55,10 @@ pub use counters::{
     PassCounters, ScheduleCounters, TrafficCounters, Value, WaitCounters,
 };
 pub use error::Error;
-pub use estimate::{Bound, BufferEstimate, Estimate, ForcedCost, LeftOut, PassEstimate, StackPart, estimate};
+pub use estimate::{
+    Bound, BufferEstimate, Estimate, ForcedCost, LeftOut, LevelTraffic, PassEstimate, StackPart,
+    TrafficEstimate, estimate,
+};
 pub use layout::{
     BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, TriangleRecords,
 };

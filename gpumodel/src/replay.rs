@@ -197,6 +197,7 @@ impl<'a> Variant<'a> {
             node_fetches: empty(),
             loaded_bytes: empty(),
             warp_misses: empty(),
+            wasted_slots: prepared.walk.in_lockstep().then(empty),
         });
         Ok(Self { prepared, engine, counters: FrameCounters::default(), maps })
     }
@@ -207,6 +208,9 @@ impl<'a> Variant<'a> {
         if let Some(maps) = &mut self.maps {
             paint(&mut maps.node_fetches, rect, &tile.node_fetches);
             paint(&mut maps.loaded_bytes, rect, &tile.loaded_bytes);
+            if let Some(map) = &mut maps.wasted_slots {
+                paint(map, rect, &tile.wasted_slots);
+            }
         }
         self.engine.push(&tile.streams);
         self.engine.run_ahead();

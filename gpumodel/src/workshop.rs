@@ -4,8 +4,8 @@
 use crate::error::Error;
 use crate::prepared::Prepared;
 use crate::replay::{Maps, refuse};
-use crate::schedule::LaneMap;
-use crate::warp::{Emitter, Program, Stepper, TileStreams, TreeTurns, Walk};
+use crate::schedule::{HELPER, LaneMap};
+use crate::warp::{Emitter, Program, Stepper, TileStreams, TreeTurns, Walk, WarpSteps};
 use std::sync::{Arc, Mutex, PoisonError};
 use tracer::{Tile, TileDraw, TileRect, TileSource, TraceHeader};
 
@@ -15,6 +15,8 @@ pub(crate) struct VariantTile {
     /// Per ray of the tile, where maps are kept.
     pub(crate) node_fetches: Vec<u32>,
     pub(crate) loaded_bytes: Vec<u32>,
+    /// In per cent, as [`HeatMaps::wasted_slots`](crate::HeatMaps::wasted_slots); empty where lanes do not wait for each other.
+    pub(crate) wasted_slots: Vec<u32>,
 }
 
 /// A tile for all variants.
@@ -121,9 +123,18 @@ impl<'a> Workshop<'a> {
         let rect = self.header.frame.tile(index);
         check(self.header, tile, rect.width * rect.height)?;
         let mut streams: Vec<Option<TileStreams>> = self.programs.iter().map(|_| None).collect();
+        let mut wasted: Vec<Vec<u32>> = vec![Vec::new(); self.programs.len()];
         for Shape { lane_map, walk, wanted, variants } in &self.shapes {
-            let emit = |warp: &crate::warp::WarpSteps| {
+            let keeps = self.maps == Maps::Kept && walk.in_lockstep();
+            if keeps {
+                let empty = vec![0; (rect.width * rect.height) as usize];
+                variants.iter().for_each(|sharer| wasted[sharer.variant].clone_from(&empty));
+            }
+            let emit = |warp: &WarpSteps| {
                 variants.iter().try_for_each(|&Sharer { variant, .. }| {
+                    if keeps {
+                        paint_wasted(&mut wasted[variant], warp, &self.programs[variant].wanted());
+                    }
                     emitters[variant].trace(&self.programs[variant], warp, index, rect)
                 })
             };
@@ -137,12 +148,12 @@ impl<'a> Workshop<'a> {
             }
         }
         let streams = streams.into_iter().map(|streams| streams.expect("every variant is of some shape"));
-        let variants = streams.zip(&self.programs).map(|(streams, program)| {
+        let variants = streams.zip(&self.programs).zip(wasted).map(|((streams, program), wasted_slots)| {
             let (node_fetches, loaded_bytes) = match self.maps {
                 Maps::Kept => per_ray(tile, program, rect.width * rect.height),
                 Maps::Dropped => (Vec::new(), Vec::new()),
             };
-            VariantTile { streams, node_fetches, loaded_bytes }
+            VariantTile { streams, node_fetches, loaded_bytes, wasted_slots }
         });
         let variants = variants.collect();
         let draws = if self.rasters { std::mem::take(&mut tile.draws) } else { Vec::new() };
@@ -162,6 +173,19 @@ pub(crate) fn per_ray(tile: &Tile, program: &Program, rays: u32) -> (Vec<u32>, V
         })
     };
     (0..rays as usize).map(of_ray).unzip()
+}
+
+/// Gives the rays of a warp the part of its lane slots that was wasted, in per cent, all wanted ray sets together.
+fn paint_wasted(by_ray: &mut [u32], warp: &WarpSteps, wanted: &[bool]) {
+    let sets = warp.sets.iter().zip(wanted).filter(|&(_, &wanted)| wanted);
+    let [slots, used] = sets.fold([0, 0], |[slots, used], (set, _)| {
+        let [of_set, used_of_set] = set.lane_slots;
+        [slots + of_set, used + used_of_set]
+    });
+    // A warp that traces nothing wastes nothing.
+    let part = if slots > 0 { 1.0 - used as f64 / slots as f64 } else { 0.0 };
+    let per_cent = (100.0 * part).round() as u32;
+    warp.rays.iter().filter(|&&ray| ray != HELPER).for_each(|&ray| by_ray[ray as usize] = per_cent);
 }
 
 /// Checks what lockstep relies on.

@@ -31,13 +31,13 @@ pub struct CoveragePanel<'a> {
 }
 
 /// In the order of their declaration, and of the legend.
-const ALL: [Coverage; 5] =
+pub(crate) const ALL: [Coverage; 5] =
     [Coverage::Screen, Coverage::QueryHit, Coverage::QueryMiss, Coverage::Fallback, Coverage::NoSurface];
 const LEAST_WIDTH: i32 = 560;
 /// Space above and below the maps.
 const GAP: i32 = 12;
 
-fn name(coverage: Coverage) -> &'static str {
+pub(crate) fn name(coverage: Coverage) -> &'static str {
     match coverage {
         Coverage::Screen => "screen",
         Coverage::QueryHit => "ray query, hit",
@@ -47,7 +47,7 @@ fn name(coverage: Coverage) -> &'static str {
     }
 }
 
-fn colour(coverage: Coverage) -> Rgb {
+pub(crate) fn colour(coverage: Coverage) -> Rgb {
     match coverage {
         Coverage::Screen => YELLOW,
         Coverage::QueryHit => BLUE,

@@ -2,10 +2,11 @@
 
 use crate::counters::{Counter, Counters, Fidelity, Value};
 use crate::report::{
-    Bound, Buffer, Energy, EnergyCause, Forced, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart,
+    Bound, Buffer, Energy, EnergyCause, Forced, Inputs, LeftOut, LevelTraffic, Pass, Report, Run, SCHEMA,
+    TimePart, Traffic,
 };
 use gpumodel::energy::FrameEnergy;
-use gpumodel::{BufferEstimate, CounterSet, Estimate, Intervals};
+use gpumodel::{BufferEstimate, CounterSet, Estimate, Intervals, TrafficEstimate};
 
 /// What a report says of the scene itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -56,6 +57,7 @@ impl Report {
             deciding_bound: Some(estimate.deciding_bound.to_owned()),
             energy: estimate.energy.as_ref().map(energy),
             buffers: estimate.buffers.iter().map(buffer).collect(),
+            traffic: estimate.traffic.iter().map(traffic).collect(),
             assumptions: estimate.assumptions.clone(),
             notes,
             forced: estimate.forced.iter().map(|cost| Forced::new(cost, frame_s)).collect(),
@@ -89,6 +91,21 @@ fn buffer(estimate: &BufferEstimate) -> Buffer {
     let BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes } =
         *estimate;
     Buffer { name: name.to_owned(), bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
+}
+
+fn traffic(estimate: &TrafficEstimate) -> Traffic {
+    let TrafficEstimate { pass, buffer, levels, dram_read_bytes, dram_write_bytes } = estimate;
+    let level = |level: &gpumodel::LevelTraffic| {
+        let gpumodel::LevelTraffic { name, lines, missed, bytes } = level;
+        LevelTraffic { name: name.clone(), lines: *lines, missed: *missed, bytes: *bytes }
+    };
+    Traffic {
+        pass: pass.name().to_owned(),
+        buffer: (*buffer).to_owned(),
+        levels: levels.iter().map(level).collect(),
+        dram_read_bytes: *dram_read_bytes,
+        dram_write_bytes: *dram_write_bytes,
+    }
 }
 
 fn energy(energy: &FrameEnergy) -> Energy {

@@ -1,6 +1,6 @@
 //! Reports of ray-tracing cost estimates: one [`Report`], many writers.
 //!
-//! [`text`] is for people, [`json`] and [`csv_table`] for programs, [`heat_map`], [`chart`] and [`image`](mod@image) for eyes, [`comparison`] for several
+//! [`text`] is for people, [`html`] for people with a browser, [`json`] and [`csv_table`] for programs, [`heat_map`], [`chart`] and [`image`](mod@image) for eyes, [`comparison`] for several
 //! reports side by side, [`vendor`] for the names of the makers' profilers, [`budget`] for gates, [`claims`] for statements of others,
 //! [`hardware`] for measurements of others, [`accuracy`] for one rung of fidelity against another, [`stability`](mod@stability) for the
 //! suite of numerical stability, [`thermal`](mod@thermal) for integrators of temperatures. Every writer takes the same value, so that no
@@ -21,6 +21,7 @@ mod forced;
 mod from_estimate;
 pub mod hardware;
 pub mod heat_map;
+pub mod html;
 pub mod image;
 pub mod json;
 pub mod lane_use;
@@ -40,7 +41,8 @@ pub use counters::{Counter, Counters, Fidelity, Value};
 pub use error::Error;
 pub use from_estimate::SceneFacts;
 pub use report::{
-    Bound, Buffer, Energy, EnergyCause, Forced, Hashes, Inputs, LeftOut, Pass, Report, Run, SCHEMA, TimePart,
+    Bound, Buffer, Energy, EnergyCause, Forced, Hashes, Inputs, LeftOut, LevelTraffic, Pass, Report, Run,
+    SCHEMA, TimePart, Traffic,
 };
 pub use units::digits;
 pub use within::{Recorded, Within};

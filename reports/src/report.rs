@@ -46,6 +46,9 @@ pub struct Report {
     /// What each kind of buffer takes and moves.
     #[serde(default)]
     pub buffers: Vec<Buffer>,
+    /// What each pass asks of each level of the memory system for each kind of buffer. The bytes to and from DRAM add up to the frame's.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traffic: Vec<Traffic>,
     /// Which figures are estimates and what was assumed for them, in sentences.
     #[serde(default)]
     pub assumptions: Vec<String>,
@@ -207,6 +210,34 @@ pub struct Buffer {
     pub dram_read_bytes: u64,
     /// Bytes written to memory by lines that these accesses drove out.
     pub dram_write_bytes: u64,
+}
+
+/// What one pass moves for one kind of buffer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Traffic {
+    /// The pass.
+    pub pass: String,
+    /// What the buffers hold.
+    pub buffer: String,
+    /// The caches that were asked, from the cores to memory.
+    pub levels: Vec<LevelTraffic>,
+    /// Bytes read from memory.
+    pub dram_read_bytes: u64,
+    /// Bytes written to memory by lines that these accesses drove out, whoever wrote them.
+    pub dram_write_bytes: u64,
+}
+
+/// What was asked of one cache.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LevelTraffic {
+    /// The cache.
+    pub name: String,
+    /// Lines asked for.
+    pub lines: u64,
+    /// Of these, lines that it did not have.
+    pub missed: u64,
+    /// Bytes of the lines asked for.
+    pub bytes: u64,
 }
 
 /// A part of the frame time.

@@ -182,7 +182,7 @@ fn groups(report: &Report) -> Vec<Group> {
 }
 
 /// The profiler's view and the profiler, where this version knows it.
-fn vendor_view(report: &Report) -> Option<(&VendorView, Profiler)> {
+pub(crate) fn vendor_view(report: &Report) -> Option<(&VendorView, Profiler)> {
     let view = report.vendor.as_ref()?;
     let profiler = Profiler::all().ok()?.into_iter().find(|profiler| profiler.name == view.profiler)?;
     Some((view, profiler))
@@ -230,7 +230,7 @@ fn vendor_groups(view: &VendorView, profiler: &Profiler, ours: &Counters) -> Vec
 }
 
 /// How far a counter of a sample may be off, as a part of it.
-fn margin(counter: &Counter) -> String {
+pub(crate) fn margin(counter: &Counter) -> String {
     let Some((value, [low, high])) = counter.value.as_f64().zip(counter.ci95) else {
         return String::new();
     };
@@ -255,6 +255,13 @@ fn cell(figure: &Cell) -> String {
 }
 
 fn absent(out: &mut String, report: &Report, style: Style) {
+    for (title, absent) in absent_sentences(report) {
+        sentences(out, &title, &absent, style);
+    }
+}
+
+/// Titles, and under each the counters that are absent, by reason.
+pub(crate) fn absent_sentences(report: &Report) -> Vec<(String, Vec<String>)> {
     let view = vendor_view(report);
     let renamed = view.as_ref().map(|(_, profiler)| renamed(profiler)).unwrap_or_default();
     let ours = report.counters.iter().filter(|(id, _)| !renamed.contains(id)).filter_map(|(id, counter)| {
@@ -263,13 +270,16 @@ fn absent(out: &mut String, report: &Report, style: Style) {
             _ => None,
         }
     });
-    sentences(out, "Absent counters", &by_reason(ours), style);
-    let Some((view, profiler)) = view else { return };
-    let theirs = profiler.counters.iter().filter_map(|info| match &view.counters.get(&info.name)?.value {
-        Value::Absent { reason } => Some((info.name.as_str(), reason)),
-        _ => None,
-    });
-    sentences(out, &format!("Absent counters of {}", profiler.name), &by_reason(theirs), style);
+    let mut all = vec![("Absent counters".to_owned(), by_reason(ours))];
+    if let Some((view, profiler)) = &view {
+        let theirs =
+            profiler.counters.iter().filter_map(|info| match &view.counters.get(&info.name)?.value {
+                Value::Absent { reason } => Some((info.name.as_str(), reason)),
+                _ => None,
+            });
+        all.push((format!("Absent counters of {}", profiler.name), by_reason(theirs)));
+    }
+    all
 }
 
 /// A sentence for each reason, with all counters that are absent for it.

@@ -27,7 +27,7 @@ fn the_schema_refuses_what_is_not_a_report() {
     let validator = validator();
     let good = as_json(&report());
     type Break = fn(&mut Json);
-    let breaks: [(&str, Break); 11] = [
+    let breaks: [(&str, Break); 12] = [
         ("another schema", |report| report["schema"] = json!(2)),
         ("a missing part", |report| drop(report.as_object_mut().expect("an object").remove("counters"))),
         ("a missing input", |report| {
@@ -40,6 +40,10 @@ fn the_schema_refuses_what_is_not_a_report() {
         ("a short hash", |report| report["inputs"]["hashes"]["scene"] = json!("0123")),
         ("a part above 1", |report| report["run"]["sampled_fraction"] = json!(1.5)),
         ("an unknown boundary", |report| report["energy"]["causes"][0]["boundary"] = json!("some")),
+        ("traffic without a level's bytes", |report| {
+            let level = report["traffic"][0]["levels"][0].as_object_mut().expect("an object");
+            level.remove("bytes");
+        }),
         ("energy from nowhere", |report| report["energy"]["causes"][1]["domain"] = json!("sun")),
     ];
     assert!(validator.is_valid(&good));

@@ -1,14 +1,19 @@
 //! Pictures of a frame: what its pixels cost and where their reflections come from, and how full its ray unit is.
 
 mod panels;
+mod rays;
 
 pub(crate) use panels::{MOST_PANELS, Mapped, panels};
+pub(crate) use rays::MOST_SAMPLED_PIXELS;
 
 use crate::report::Answer;
 use gpumodel::HeatMaps;
+use reports::Inputs;
+use reports::chart::BarChart;
 use reports::coverage::{self, CoverageMaps, CoveragePanel};
 use reports::heat_map::{self, HeatMap, ScaleEnd};
-use reports::{Inputs, lane_use};
+use reports::html::{self, PixelMap};
+use reports::lane_use::{self, UnitOccupancy};
 
 /// Pixels above this percentile share the heat map's last colour.
 pub(crate) const HEAT_MAP_PERCENTILE: f64 = 99.5;
@@ -47,7 +52,9 @@ pub(crate) const MAPS: [MapKind; 3] = [
 const COVERAGE: &str = "coverage";
 const COVERAGE_TITLE: &str = "Where reflections come from";
 const DIVERGENCE: &str = "divergence";
-const DIVERGENCE_TITLE: &str = "Lane slots that the pixel's warp wasted while it traced reflection rays";
+const DIVERGENCE_TITLE: &str = "Lane slots that the pixel's warp wasted while it traced";
+const DIVERGENCE_OF_REFLECTIONS_TITLE: &str =
+    "Lane slots that the pixel's warp wasted while it traced reflection rays";
 const DIVERGENCE_UNIT: &str = "%";
 /// Wasted slots are shown on the whole of their range.
 const DIVERGENCE_END: ScaleEnd = ScaleEnd::Value(100);
@@ -67,54 +74,125 @@ pub(crate) fn frame(inputs: &Inputs) -> String {
     format!("{scene}{size}, {accel} {traversal}, {technique}")
 }
 
-/// The pictures of a frame as files, names and bytes: those that it has. A list of rays has no pixels.
-pub(crate) fn of_answer(answer: &Answer) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-    let Answer { report, replayed, reflections, occupancy, .. } = answer;
-    let Inputs { gpu, width, .. } = &report.inputs;
-    let frame = frame(&report.inputs);
-    let mut files = Vec::new();
-    if let (Some(maps), Some(width)) = (&replayed.maps, *width) {
-        let queries = if reflections.is_some() { ", ray queries alone" } else { "" };
-        for kind in &MAPS {
-            let map = HeatMap {
-                title: kind.title.to_owned(),
-                subtitle: format!("{frame}{queries}"),
-                unit: kind.unit.to_owned(),
-                width,
-                values: &(kind.of)(maps).values,
-                end: ScaleEnd::Percentile(HEAT_MAP_PERCENTILE),
-            };
-            files.push((format!("{}.png", kind.file), heat_map::write_png(&map)?));
+/// What is shown of a frame: what it has. A list of rays has no pixels.
+pub(crate) struct Pictures<'a> {
+    frame: String,
+    gpu: &'a str,
+    /// Names of files without extension, and what they show.
+    maps: Vec<(&'static str, PixelMap<'a>)>,
+    occupancy: Option<&'a UnitOccupancy>,
+}
+
+/// Lane slots that the warps of reflection rays wasted, in per cent, by pixel.
+pub(crate) fn wasted_by_reflections(answer: &Answer) -> Option<Vec<u32>> {
+    let lane_slots = answer.reflections.as_ref()?.lane_slots.as_ref()?;
+    Some(lane_use::wasted_per_cent(lane_slots))
+}
+
+impl<'a> Pictures<'a> {
+    /// Of a frame and what [`wasted_by_reflections`] says of it.
+    pub(crate) fn new(answer: &'a Answer, wasted: Option<&'a [u32]>) -> Self {
+        let Answer { report, replayed, reflections, occupancy, .. } = answer;
+        let Inputs { gpu, width, .. } = &report.inputs;
+        let frame = frame(&report.inputs);
+        let mut maps = Vec::new();
+        if let (Some(heat), Some(width)) = (&replayed.maps, *width) {
+            let queries = if reflections.is_some() { ", ray queries alone" } else { "" };
+            maps.extend(MAPS.iter().map(|kind| {
+                let map = HeatMap {
+                    title: kind.title.to_owned(),
+                    subtitle: format!("{frame}{queries}"),
+                    unit: kind.unit.to_owned(),
+                    width,
+                    values: &(kind.of)(heat).values,
+                    end: ScaleEnd::Percentile(HEAT_MAP_PERCENTILE),
+                };
+                (kind.file, PixelMap::Heat(map))
+            }));
+            maps.extend(heat.wasted_slots.as_ref().map(|map| {
+                let subtitle = format!("{frame}, {gpu}");
+                (DIVERGENCE, divergence(DIVERGENCE_TITLE, subtitle, width, &map.values))
+            }));
         }
+        if let Some(of_pixels) = reflections {
+            let coverage = PixelMap::Coverage {
+                title: COVERAGE_TITLE.to_owned(),
+                width: of_pixels.width,
+                coverage: &of_pixels.coverage,
+            };
+            maps.push((COVERAGE, coverage));
+            maps.extend(wasted.map(|values| {
+                let title = DIVERGENCE_OF_REFLECTIONS_TITLE;
+                (DIVERGENCE, divergence(title, format!("{frame}, {gpu}"), of_pixels.width, values))
+            }));
+        }
+        Self { frame, gpu, maps, occupancy: occupancy.as_ref() }
     }
-    if let Some(maps) = reflections {
-        let of_pixels = CoverageMaps {
-            title: COVERAGE_TITLE.to_owned(),
-            subtitle: frame.clone(),
-            width: maps.width,
-            panels: vec![CoveragePanel { label: String::new(), coverage: &maps.coverage }],
-            columns: 1,
+
+    /// Names and bytes of files.
+    pub(crate) fn files(&self) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+        let mut files = Vec::new();
+        for (stem, map) in &self.maps {
+            let png = match map {
+                PixelMap::Heat(map) => heat_map::write_png(map)?,
+                PixelMap::Coverage { title, width, coverage } => coverage::write_png(&CoverageMaps {
+                    title: title.clone(),
+                    subtitle: self.frame.clone(),
+                    width: *width,
+                    panels: vec![CoveragePanel { label: String::new(), coverage }],
+                    columns: 1,
+                })?,
+            };
+            files.push((format!("{stem}.png"), png));
+        }
+        if let Some(occupancy) = self.occupancy {
+            let chart = self.occupancy_chart(occupancy);
+            files.push((format!("{OCCUPANCY}.svg"), chart.svg()?.into_bytes()));
+            files.push((format!("{OCCUPANCY}.png"), chart.png()?));
+            files.push((format!("{OCCUPANCY}.csv"), occupancy.csv().into_bytes()));
+        }
+        Ok(files)
+    }
+
+    fn occupancy_chart(&self, occupancy: &UnitOccupancy) -> BarChart {
+        occupancy.chart(self.subtitle())
+    }
+
+    /// What charts of the frame say below their title.
+    pub(crate) fn subtitle(&self) -> String {
+        format!("{}, {}", self.frame, self.gpu)
+    }
+
+    /// The report with all pictures in one page.
+    pub(crate) fn page(&self, answer: &Answer) -> anyhow::Result<String> {
+        let mut charts = Vec::new();
+        if let Some(load) = &answer.load {
+            let chart = load.chart(self.subtitle());
+            charts.push(html::Chart { svg: chart.svg()?, title: chart.title });
+        }
+        if let Some(occupancy) = self.occupancy {
+            let chart = self.occupancy_chart(occupancy);
+            charts.push(html::Chart { svg: chart.svg()?, title: chart.title });
+        }
+        let rays = answer.rays.as_ref();
+        let pictures = html::Pictures {
+            maps: self.maps.iter().map(|(_, map)| map).collect(),
+            rays: rays.and_then(|(sample, sets)| rays::traced(sample, sets, &answer.report)),
+            charts,
         };
-        files.push((format!("{COVERAGE}.png"), coverage::write_png(&of_pixels)?));
-        if let Some(lane_slots) = &maps.lane_slots {
-            let map = HeatMap {
-                title: DIVERGENCE_TITLE.to_owned(),
-                subtitle: format!("{frame}, {gpu}"),
-                unit: DIVERGENCE_UNIT.to_owned(),
-                width: maps.width,
-                values: &lane_use::wasted_per_cent(lane_slots),
-                end: DIVERGENCE_END,
-            };
-            files.push((format!("{DIVERGENCE}.png"), heat_map::write_png(&map)?));
-        }
+        Ok(html::write(&answer.report, &pictures)?)
     }
-    if let Some(occupancy) = occupancy {
-        let chart = occupancy.chart(format!("{frame}, {gpu}"));
-        files.push((format!("{OCCUPANCY}.svg"), chart.svg()?.into_bytes()));
-        files.push((format!("{OCCUPANCY}.png"), chart.png()?));
-        files.push((format!("{OCCUPANCY}.csv"), occupancy.csv().into_bytes()));
-    }
-    Ok(files)
+}
+
+fn divergence<'a>(title: &str, subtitle: String, width: u32, values: &'a [u32]) -> PixelMap<'a> {
+    PixelMap::Heat(HeatMap {
+        title: title.to_owned(),
+        subtitle,
+        unit: DIVERGENCE_UNIT.to_owned(),
+        width,
+        values,
+        end: DIVERGENCE_END,
+    })
 }
 
 /// A title as it reads within a sentence: its first letter small.

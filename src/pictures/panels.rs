@@ -1,7 +1,7 @@
 //! Maps of several frames side by side, on one scale.
 
 use super::{
-    COVERAGE, COVERAGE_TITLE, DIVERGENCE, DIVERGENCE_END, DIVERGENCE_TITLE, DIVERGENCE_UNIT,
+    COVERAGE, COVERAGE_TITLE, DIVERGENCE, DIVERGENCE_END, DIVERGENCE_OF_REFLECTIONS_TITLE, DIVERGENCE_UNIT,
     HEAT_MAP_PERCENTILE, MAPS, in_sentence,
 };
 use gpumodel::HeatMaps;
@@ -53,7 +53,10 @@ pub(crate) fn panels(maps: &[Mapped]) -> anyhow::Result<Vec<(String, Vec<u8>)>> 
             let lane_slots = maps.lane_slots.as_ref()?;
             Some((mapped.label.clone(), maps.width, lane_use::wasted_per_cent(lane_slots)))
         });
-        add(DIVERGENCE, page.heat(DIVERGENCE_TITLE, DIVERGENCE_UNIT, DIVERGENCE_END, divergence)?);
+        add(
+            DIVERGENCE,
+            page.heat(DIVERGENCE_OF_REFLECTIONS_TITLE, DIVERGENCE_UNIT, DIVERGENCE_END, divergence)?,
+        );
         add(COVERAGE, page.coverage(&of_scene)?);
     }
     Ok(files)

@@ -209,5 +209,8 @@ fn rays_from_a_file_are_traced_one_by_one() {
     let ran = finish(command().args(["replay", arg(&trace), "-o", arg(&dir.path().join("out"))]));
     assert_eq!(ran.code, Some(0));
     assert!(ran.stderr.contains("no heat map"), "{}", ran.stderr);
-    assert_eq!(names_in(&dir.path().join("out")), ["counters.csv", "report.json", "report.txt"]);
+    assert_eq!(
+        names_in(&dir.path().join("out")),
+        ["counters.csv", "report.html", "report.json", "report.txt"]
+    );
 }

@@ -9,8 +9,16 @@ use tempfile::TempDir;
 pub(crate) const SMALL: [&str; 2] = ["--size", "40x36"];
 
 /// What a folder of a report holds.
-pub(crate) const REPORT_FILES: [&str; 6] =
-    ["counters.csv", "dram-lines.png", "loaded-bytes.png", "node-fetches.png", "report.json", "report.txt"];
+pub(crate) const REPORT_FILES: [&str; 8] = [
+    "counters.csv",
+    "divergence.png",
+    "dram-lines.png",
+    "loaded-bytes.png",
+    "node-fetches.png",
+    "report.html",
+    "report.json",
+    "report.txt",
+];
 
 /// What a run left behind.
 pub(crate) struct Ran {

@@ -17,6 +17,7 @@ mod plane_ray;
 mod raster;
 mod ray;
 mod ray_file;
+mod ray_sample;
 mod ray_set;
 pub mod reflections;
 mod sampling;
@@ -42,6 +43,7 @@ pub use observe::{DECIDED_BY_MICROMAP, LoopStructure, NodeFetch, Observer, Op, S
 pub use raster::{Raster, RasterTile, TileDraw};
 pub use ray::{Hit, NO_HIT, NOT_CAST, Query, Ray};
 pub use ray_file::{RAY_BYTES, read_rays};
+pub use ray_sample::{RaySample, SampledRay, Sampling};
 pub use ray_set::{MAX_RAY_SETS, RayKind, RaySetId};
 pub use scenes::Feature;
 pub use secondary::{ReflectionRays, SecondaryRays, SoftShadows};

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use tracer::wide::NodeFormat;
 use tracer::{
     AccelerationStructure, AlphaMode, AlphaTests, BuildOptions, DECIDED_BY_MICROMAP, EncodedTile, Error,
-    FrameTracer, MAX_RAY_SETS, MicromapFormat, MicromapStates, NOT_CAST, Op, RayKind, Rays, SceneIdentity,
-    Step, TestedTriangles, Tile, TileSource, TopologyNode, TraceFile, TraceHeader, TraceWriter, Traversal,
-    View,
+    FrameTracer, MAX_RAY_SETS, MicromapFormat, MicromapStates, NOT_CAST, Op, RayKind, RaySample, Rays,
+    SampledRay, Sampling, SceneIdentity, Step, TestedTriangles, Tile, TileRect, TileSource, TopologyNode,
+    TraceFile, TraceHeader, TraceWriter, Traversal, View,
 };
 
 fn with_tracer<R>(
@@ -379,4 +379,38 @@ fn what_a_reader_would_refuse_is_not_written() {
     assert!(!path.exists());
     with_lights(MAX_RAY_SETS - 1).expect("just enough");
     assert_eq!(read_all(&path).expect("it is read").1.len(), 1);
+}
+
+#[test]
+fn a_sample_of_pixels_keeps_their_rays_and_changes_no_tile() {
+    with_tracer(Traversal::BvhStack, 75, 45, |tracer| {
+        let sampling = Sampling::new(tracer, 100);
+        let (mut plain, mut sampled) = (Tile::default(), Tile::default());
+        let mut tiles = Vec::new();
+        // In any order, and some of them twice.
+        for index in (0..tracer.header().frame.tiles()).rev().chain([0]) {
+            tracer.tile(index, &mut plain).expect("a tile");
+            sampling.tile(index, &mut sampled).expect("a tile");
+            assert_eq!(plain, sampled);
+            tiles.push((tracer.header().frame.tile(index), plain.clone()));
+        }
+        let RaySample { every, first, size, rays } = sampling.finish().expect("every tile was made");
+        assert_eq!((every, first, size), (8, [4, 4], [9, 6]));
+        let sets = tracer.header().ray_sets.len();
+        assert_eq!(rays.len() as u32, size[0] * size[1] * sets as u32);
+        for (place, SampledRay { steps, hit }) in rays.iter().enumerate() {
+            let (pixel, set) = (place / sets, place % sets);
+            let [x, y] = [first[0] + 8 * (pixel as u32 % size[0]), first[1] + 8 * (pixel as u32 / size[0])];
+            let holds = |rect: &TileRect| {
+                (rect.x..rect.x + rect.width).contains(&x) && (rect.y..rect.y + rect.height).contains(&y)
+            };
+            let (rect, tile) = tiles.iter().find(|(rect, _)| holds(rect)).expect("a tile of the pixel");
+            let (set, ray) = (&tile.ray_sets[set], ((y - rect.y) * rect.width + x - rect.x) as usize);
+            assert_eq!((steps.as_slice(), *hit), (&set.steps[set.range(ray)], set.hits[ray]), "{x} {y}");
+        }
+        let unfinished = Sampling::new(tracer, 100);
+        unfinished.tile(0, &mut sampled).expect("a tile");
+        assert_eq!(unfinished.finish(), None);
+        assert_eq!(Sampling::new(tracer, 0).finish(), None);
+    });
 }

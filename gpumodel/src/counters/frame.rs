@@ -255,6 +255,21 @@ impl TrafficCounters {
         total
     }
 
+    /// What reports call the kinds of buffers, and the traffic of each.
+    pub(crate) fn named(&self) -> [(&'static str, BufferTraffic); 8] {
+        let Self { node, primitive, index, normal, stack, vertex, image, record } = *self;
+        [
+            ("nodes", node),
+            ("triangles", primitive),
+            ("triangle indices", index),
+            ("normals", normal),
+            ("stacks", stack),
+            ("vertices", vertex),
+            ("images", image),
+            ("records", record),
+        ]
+    }
+
     pub(crate) fn each_buffer(&mut self, visit: impl FnMut(&mut BufferTraffic)) {
         let Self { node, primitive, index, normal, stack, vertex, image, record } = self;
         [node, primitive, index, normal, stack, vertex, image, record].into_iter().for_each(visit);
@@ -500,26 +515,4 @@ impl FrameCounters {
         total.traffic.stack += self.flush;
         total
     }
-}
-
-/// A number per pixel.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct HeatMap {
-    /// Pixels per row; for a list of rays their number.
-    pub width: u32,
-    /// Rows; 1 for a list of rays.
-    pub height: u32,
-    /// Row by row from the top left.
-    pub values: Vec<u32>,
-}
-
-/// What each pixel of a frame cost.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct HeatMaps {
-    /// Node records read, by all rays of the pixel.
-    pub node_fetches: HeatMap,
-    /// Bytes of node records and triangles that the pixel's rays loaded while they were traced.
-    pub loaded_bytes: HeatMap,
-    /// Lines read from DRAM by the pixel's warp: the same for all pixels of a warp, which share their lines.
-    pub warp_misses: HeatMap,
 }

@@ -7,14 +7,16 @@ mod dma;
 mod forced;
 mod in_flight;
 mod time;
+mod traffic;
 mod values;
 
 pub use bounds::Bound;
 pub use forced::ForcedCost;
 pub use time::StackPart;
+pub use traffic::{LevelTraffic, TrafficEstimate};
 
 use crate::config::Gpu;
-use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters, TrafficCounters};
+use crate::counters::{BufferTraffic, CounterSet, Pass, PassCounters};
 use crate::energy::{EnergyPrices, FrameEnergy, PassEnergy};
 use crate::error::Error;
 use crate::replay::{ReplayConfig, Replayed};
@@ -42,6 +44,8 @@ pub struct Estimate {
     pub deciding_bound: &'static str,
     /// What each kind of buffer takes and moves; those that the frame does not touch are left out.
     pub buffers: Vec<BufferEstimate>,
+    /// What each pass asks of each level of the memory system for each kind of buffer; what moves nothing is left out.
+    pub traffic: Vec<TrafficEstimate>,
     /// What the frame takes by cause and by pass; `None` where the GPU's description names no process.
     pub energy: Option<FrameEnergy>,
     /// What was assumed, in sentences.
@@ -160,6 +164,7 @@ pub fn estimate(
         passes: passes(replayed, header, config).into_iter().map(of_pass).collect(),
         deciding_bound: longest.1,
         buffers: buffers(replayed, config),
+        traffic: traffic::by_pass(counters, config),
         assumptions: assumptions(replayed, header, config, energy.as_ref()),
         left_out: left_out(replayed, config, energy.as_ref()),
         forced: forced::costs(&frame, &seconds),
@@ -229,13 +234,13 @@ pub(crate) fn phase_seconds(
 }
 
 fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
-    let TrafficCounters { node, primitive, index, normal, stack, vertex, image, record } =
-        replayed.counters.total().traffic;
+    let [node, primitive, index, normal, stack, vertex, image, record] =
+        replayed.counters.total().traffic.named();
     let bytes = &replayed.buffers;
     let paths = &config.gpu.paths;
     let total = replayed.counters.total();
     let traversal = path(Pass::Primary, &total, &config.gpu);
-    let of = |name, bytes: u64, traffic: BufferTraffic, path: &[usize]| {
+    let of = |(name, traffic): (_, BufferTraffic), bytes: u64, path: &[usize]| {
         let ends = path.first().zip(path.last());
         let (line_accesses, line_misses) = ends
             .map_or((0, 0), |(&first, &last)| (traffic.levels[first].accesses, traffic.levels[last].misses));
@@ -243,14 +248,14 @@ fn buffers(replayed: &Replayed, config: &ReplayConfig) -> Vec<BufferEstimate> {
         BufferEstimate { name, bytes, line_accesses, line_misses, dram_read_bytes, dram_write_bytes }
     };
     let all = [
-        of("nodes", bytes.node, node, traversal),
-        of("triangles", bytes.primitive + bytes.micromap, primitive, traversal),
-        of("triangle indices", bytes.index, index, &paths.ssbo),
-        of("normals", bytes.normal, normal, &paths.ssbo),
-        of("stacks", bytes.stack, stack, &paths.private),
-        of("vertices", bytes.vertex, vertex, &paths.vertex),
-        of("images", bytes.image + bytes.mask, image, &paths.texture),
-        of("records", bytes.record, record, &paths.ssbo),
+        of(node, bytes.node, traversal),
+        of(primitive, bytes.primitive + bytes.micromap, traversal),
+        of(index, bytes.index, &paths.ssbo),
+        of(normal, bytes.normal, &paths.ssbo),
+        of(stack, bytes.stack, &paths.private),
+        of(vertex, bytes.vertex, &paths.vertex),
+        of(image, bytes.image + bytes.mask, &paths.texture),
+        of(record, bytes.record, &paths.ssbo),
     ];
     all.into_iter().filter(|buffer| buffer.line_accesses > 0).collect()
 }

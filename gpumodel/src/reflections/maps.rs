@@ -109,7 +109,12 @@ impl MapPainter {
                 coverage: outcomes.iter().map(coverage).collect(),
                 lane_slots: in_lockstep.then(|| vec![None; outcomes.len()]),
             },
-            heat: HeatMaps { node_fetches: empty(), loaded_bytes: empty(), warp_misses: empty() },
+            heat: HeatMaps {
+                node_fetches: empty(),
+                loaded_bytes: empty(),
+                warp_misses: empty(),
+                wasted_slots: None,
+            },
         }
     }
 

@@ -109,6 +109,8 @@ pub(crate) struct SetSteps {
     words: Range<usize>,
     /// Whether the warp traced any ray of the set.
     pub(crate) traced: bool,
+    /// Steps of the warp times lanes that traced a ray of the set, and steps of these lanes.
+    pub(crate) lane_slots: [u64; 2],
     /// Trips of loops.
     pub(crate) trips: u64,
     /// Steps by [`Op`], those among them that touch no memory and so are not in the words.
@@ -219,7 +221,9 @@ impl Stepper {
             let count = if wanted[index] { traced().count() } else { 0 };
             let tally = &mut tally.sets[index];
             let (trips, taken) = (tally.warp_trips, tally.warp_steps);
+            let mut lane_steps = 0;
             if count > 0 {
+                lane_steps = traced().map(|(_, &ray)| set.range(ray as usize).len() as u64).sum();
                 tally.warps += 1;
                 tally.rays += count as u64;
                 let ranges = traced().map(|(lane, &ray)| {
@@ -234,6 +238,7 @@ impl Stepper {
                     tally.answered_rays += answered.count() as u64;
                 }
             }
+            let steps = std::array::from_fn(|op| tally.warp_steps[op] - taken[op]);
             let first_shaded = warp.shaded.len();
             let hits = lanes().map(|(_, &ray)| set.hits[ray as usize]).filter(|&hit| hit < NOT_CAST);
             let shaded_lanes = if id.kind.is_shaded() { hits.clone().count() as u32 } else { 0 };
@@ -247,8 +252,9 @@ impl Stepper {
             warp.sets.push(SetSteps {
                 words: start..warp.used,
                 traced: count > 0,
+                lane_slots: [steps.iter().sum::<u64>() * count as u64, lane_steps],
                 trips: tally.warp_trips - trips,
-                taken: std::array::from_fn(|op| tally.warp_steps[op] - taken[op]),
+                taken: steps,
                 shaded: first_shaded..warp.shaded.len(),
                 shaded_lanes,
             });

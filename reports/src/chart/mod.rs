@@ -14,7 +14,7 @@ mod work_precision;
 
 pub use bars::{BarChart, Scale, Series};
 pub use matrix::MatrixChart;
-pub(crate) use palette::{BLUE, MOST as MOST_SERIES, SKY_BLUE, VERMILION, YELLOW};
+pub(crate) use palette::{BLUE, MOST as MOST_SERIES, SKY_BLUE, VERMILION, YELLOW, colour as series_colour};
 pub use time_series::{TimePanel, TimeSeries, TimeSeriesChart};
 pub use work_precision::{PrecisionSeries, WorkPrecisionChart};
 

@@ -24,7 +24,7 @@ const COLOURS: [Rgb; 8] = [
 pub(crate) const MOST: usize = 2 * COLOURS.len();
 
 /// The colour of a series, and whether it is striped.
-pub(super) fn colour(series: usize) -> (Rgb, bool) {
+pub(crate) fn colour(series: usize) -> (Rgb, bool) {
     (COLOURS[series % COLOURS.len()], series >= COLOURS.len())
 }
 

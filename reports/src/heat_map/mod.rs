@@ -6,7 +6,7 @@
 //! share one scale. Pixels without a value ([`NO_VALUE`]) are grey and count nowhere. Colours come from viridis: perceptually ordered and safe for the colour-blind.
 
 mod page;
-mod scale;
+pub(crate) mod scale;
 
 use crate::picture::{TEXT, Zoom, text_height};
 use std::fmt;
@@ -147,7 +147,7 @@ pub(crate) fn rows_of_all<'a>(
 }
 
 /// Rows of a map of that width.
-fn rows(width: u32, values: usize) -> Result<u32, Unpaintable> {
+pub(crate) fn rows(width: u32, values: usize) -> Result<u32, Unpaintable> {
     if width == 0 || values == 0 || !values.is_multiple_of(width as usize) {
         return Err(Unpaintable(format!(
             "{values} values do not fill rows of {width} pixels: expected at least one whole row"

@@ -4,16 +4,16 @@ use super::{NO_VALUE, ScaleEnd};
 
 /// Range of a scale and of the values on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     /// Value of the last colour; at least 1.
-    pub(super) end: u32,
+    pub(crate) end: u32,
     /// Part of the values above `end`.
-    pub(super) clamped: f64,
+    pub(crate) clamped: f64,
 }
 
 impl Scale {
     /// The scale of all maps together.
-    pub(super) fn of(maps: &[&[u32]], end: ScaleEnd) -> Self {
+    pub(crate) fn of(maps: &[&[u32]], end: ScaleEnd) -> Self {
         let mut values: Vec<u32> = maps.iter().flat_map(|map| there(map)).collect();
         let count = values.len();
         if count == 0 {
@@ -33,12 +33,12 @@ impl Scale {
 }
 
 /// The values of a map that there are.
-pub(super) fn there(values: &[u32]) -> impl Iterator<Item = u32> {
+pub(crate) fn there(values: &[u32]) -> impl Iterator<Item = u32> {
     values.iter().copied().filter(|&value| value != NO_VALUE)
 }
 
 /// Mean and largest of the values of one map, where it has any.
-pub(super) fn mean_and_max(values: &[u32]) -> Option<(f64, u32)> {
+pub(crate) fn mean_and_max(values: &[u32]) -> Option<(f64, u32)> {
     let (mut sum, mut count) = (0, 0_u64);
     there(values).for_each(|value| {
         sum += u64::from(value);

@@ -4,7 +4,7 @@
 use super::Rgb;
 
 /// Viridis at nine evenly spaced points.
-const POINTS: [Rgb; 9] = [
+pub(crate) const POINTS: [Rgb; 9] = [
     [0x44, 0x01, 0x54],
     [0x47, 0x2d, 0x7b],
     [0x3b, 0x52, 0x8b],

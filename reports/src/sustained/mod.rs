@@ -4,7 +4,7 @@ mod series;
 mod text;
 
 pub use series::{chart, csv_text};
-pub(crate) use text::write;
+pub(crate) use text::{span, write};
 
 use serde::{Deserialize, Serialize};
 use thermal::{LongRun, OperatingPoint, Outcome, Phone, Run, Sample, long_run};

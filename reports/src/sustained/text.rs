@@ -109,7 +109,7 @@ pub(crate) fn write(out: &mut String, sustained: Option<&Sustained>, style: Styl
 }
 
 /// A time in minutes and seconds.
-fn span(seconds: f64) -> String {
+pub(crate) fn span(seconds: f64) -> String {
     let minutes = (seconds / 60.0).floor();
     let rest = seconds - 60.0 * minutes;
     match (minutes > 0.0, rest >= 0.05) {

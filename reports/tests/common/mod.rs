@@ -104,6 +104,13 @@ pub(crate) fn report() -> Report {
             dram_read_bytes: 448,
             dram_write_bytes: 0,
         }],
+        traffic: vec![reports::Traffic {
+            pass: "primary rays".into(),
+            buffer: "nodes".into(),
+            levels: vec![reports::LevelTraffic { name: "uche".into(), lines: 100, missed: 7, bytes: 6400 }],
+            dram_read_bytes: 448,
+            dram_write_bytes: 0,
+        }],
         assumptions: vec!["Resources overlap perfectly.".into()],
         notes: vec![],
         forced: vec![],
