@@ -32,8 +32,8 @@ pub struct LevelTraffic {
     pub bytes: u64,
 }
 
-/// Of every pass. The bytes to and from memory add up to the frame's counters: what tile memory and bin lists move past the caches is
-/// among them, and dirty lines that are written back after the last access are the stacks' of the pass that shades last.
+/// Of every pass. The bytes to and from memory add up to the frame's counters: what tile memory, bin lists and DMA move past the caches
+/// is among them, and dirty lines that are written back after the last access are the stacks' of the pass that shades last.
 pub(super) fn by_pass(counters: &FrameCounters, config: &ReplayConfig) -> Vec<TrafficEstimate> {
     let last = config.technique.last_shading();
     let of_pass = |pass: Pass| {
@@ -52,6 +52,7 @@ pub(super) fn by_pass(counters: &FrameCounters, config: &ReplayConfig) -> Vec<Tr
         let direct = [
             ("tile memory", past_caches(counted.issue.output_bytes, 0)),
             ("bin lists", past_caches(lists, lists)),
+            ("DMA", past_caches(counted.issue.dma_write_bytes, counted.issue.dma_read_bytes)),
         ];
         let named = traffic.named().into_iter().chain(direct);
         named.filter_map(move |(buffer, traffic)| of_buffer(pass, buffer, &traffic, &config.gpu))

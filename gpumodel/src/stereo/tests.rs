@@ -173,6 +173,10 @@ fn dma_is_waited_for_once_where_kernels_take_longer_and_for_each_tile_where_memo
         let tracer = world.tracer(world.pixels(&world.order(&config)));
         let header = tracer::TileSource::header(&tracer);
         let found = estimate(&right, header, tracer::TileSource::topology(&tracer), &config).expect("it can");
+        let rows: [u64; 2] = found.traffic.iter().fold([0; 2], |[read, written], row| {
+            [read + row.dram_read_bytes, written + row.dram_write_bytes]
+        });
+        assert_eq!(rows, memory(&right), "by pass and buffer, and in all");
         let part = found.stack.iter().find(|part| part.name == "DMA").expect("it reads").seconds;
         let issue = right.counters.pass(Pass::ErrorDetection).issue;
         let gpu = &config.gpu;
