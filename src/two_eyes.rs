@@ -6,7 +6,7 @@ use crate::machine::Machine;
 use crate::meter::{Meter, timed};
 use crate::progress::Progress;
 use crate::report::{self, Answer, Before};
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use gpumodel::stereo::{PixelOrder, Window, replay_left, replay_right};
 use gpumodel::{Attachments, Maps, Replayed, Stereo};
 use reports::digits;
@@ -22,7 +22,7 @@ const MOST_APART: f64 = 10.0;
 /// Part of their distance that the places of eyes may be off.
 const INEXACT: f64 = 0.01;
 
-/// Techniques of two eyes: with the G-buffer in internal memory, and in memory.
+/// Techniques of two eyes: with the G-buffer in internal memory, in memory, and in internal memory without inspector and executor.
 const TECHNIQUES: [&str; 3] = ["stereo", "stereo-memory", "stereo-in-place"];
 
 /// Where two eyes are that see a scene.
@@ -94,14 +94,17 @@ pub(crate) fn machine(args: &MachineArgs) -> anyhow::Result<Machine> {
             if machine.config.gpu.internal_memory.is_some() { with(in_tiles)? } else { machine }
         }
     };
-    if machine.config.technique.stereo.is_none() {
-        bail!(
-            "--technique {}: has one eye; use one of: {}",
-            machine.config.technique.name,
-            TECHNIQUES.join(", ")
-        );
-    }
+    stereo(&machine)?;
     Ok(machine)
+}
+
+/// What its technique does for the right eye.
+fn stereo(machine: &Machine) -> anyhow::Result<Stereo> {
+    let technique = &machine.config.technique;
+    technique.stereo.ok_or_else(|| {
+        let names = TECHNIQUES.join(", ");
+        anyhow!("--technique {}: has one eye; use one of: {names}", technique.name)
+    })
 }
 
 /// What the frames of two eyes cost.
@@ -141,9 +144,7 @@ impl TwoEyes {
         };
         let [left_eye, right_eye] = [left, right].map(|view| frame.tracer_from(view));
         let whole: Run<'_> = &|eye| gpumodel::replay(eye, config, Maps::Dropped, &|_, _| {});
-        let Some(stereo) = config.technique.stereo else {
-            bail!("--technique {}: has one eye; use one of: {}", config.technique.name, TECHNIQUES.join(", "))
-        };
+        let stereo = stereo(machine)?;
         let order = PixelOrder::new(known, stereo.launch);
         let pixels = frame.tracer_of_pixels(right, order.pixels.clone(), order.known.clone());
         let in_tiles = stereo.gbuffer == Attachments::Tile;

@@ -9,6 +9,8 @@ use serde::Deserialize;
 
 /// Sides of a tile in pixels.
 const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
+/// Most pixels of a tile: their words take 512 KiB of shared memory, more than any GPU has.
+const MOST_PIXELS: u32 = 1 << 16;
 /// Bytes of a field of the G-buffer.
 const FIELD_BYTES: std::ops::RangeInclusive<u32> = 4..=16;
 
@@ -123,9 +125,13 @@ impl StereoFile {
             return Err(refuse("stereo.fields", self.fields.value.span(), problem));
         }
         let tile = *file.sourced("stereo.tile", &self.tile)?;
+        let [width, height] = tile;
         if !tile.iter().all(|side| SIDES.contains(side)) {
-            let [width, height] = tile;
             let problem = format!("is [{width}, {height}], expected two sides of 1 to {}", SIDES.end());
+            return Err(refuse("stereo.tile", self.tile.value.span(), problem));
+        }
+        if width * height > MOST_PIXELS {
+            let problem = format!("is [{width}, {height}], expected at most {MOST_PIXELS} pixels");
             return Err(refuse("stereo.tile", self.tile.value.span(), problem));
         }
         Ok(Stereo { gbuffer: self.gbuffer, launch: self.launch, fields, tile })

@@ -413,6 +413,7 @@ mod tests {
             ("stereo", "colour = 4", "colour = 3", 21, "expected 4, 8, 12 or 16"),
             ("stereo", "normal = 12", "normal = 20", 21, "expected 4, 8, 12 or 16"),
             ("stereo", "value = [32, 16]", "value = [0, 16]", 23, "expected two sides of 1 to 16384"),
+            ("stereo", "value = [32, 16]", "value = [16384, 5]", 23, "expected at most 65536 pixels"),
             ("stereo", "value = [32, 16]", "value = [32, 16385]", 23, "expected two sides of 1 to 16384"),
             ("stereo", "\"lists\"", "\"queues\"", 19, "unknown variant"),
         ] {
