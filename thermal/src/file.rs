@@ -10,6 +10,7 @@ pub(crate) struct PhoneFile {
     pub(crate) name: String,
     pub(crate) title: String,
     pub(crate) air: AirFile,
+    pub(crate) charge: Option<ChargeFile>,
     pub(crate) node: Vec<NodeFile>,
     pub(crate) link: Vec<LinkFile>,
     pub(crate) heat: HeatFile,
@@ -24,6 +25,12 @@ pub(crate) struct PhoneFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct AirFile {
     pub(crate) celsius: Sourced,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ChargeFile {
+    pub(crate) watt_hours: Sourced,
 }
 
 #[derive(Deserialize)]

@@ -30,6 +30,8 @@ pub struct Phone {
     pub network: Network,
     /// Temperature of the air, in degrees Celsius.
     pub ambient_celsius: f64,
+    /// Energy of a full battery in Wh, where it is known.
+    pub charge_watt_hours: Option<f64>,
     /// The node that the GPU heats.
     pub gpu: usize,
     /// The node that the memory heats.
@@ -49,6 +51,7 @@ const HEAT_CAPACITY: std::ops::RangeInclusive<f64> = 1e-9..=1e6;
 const CONDUCTANCE: std::ops::RangeInclusive<f64> = 1e-9..=1e6;
 const CELSIUS: std::ops::RangeInclusive<f64> = -50.0..=200.0;
 const WATTS: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
+const WATT_HOURS: std::ops::RangeInclusive<f64> = 1e-3..=1e6;
 const INTERVAL_MS: std::ops::RangeInclusive<f64> = 0.0..=1e6;
 /// A sensor that is read more often would only cost time.
 const PASSIVE_MS: std::ops::RangeInclusive<f64> = 1.0..=1e6;
@@ -104,6 +107,11 @@ impl Phone {
             other_watts[node] +=
                 reader.figure(&format!("other.{}.watts", other.name), &other.watts, WATTS)?;
         }
+        let charge_watt_hours = read
+            .charge
+            .as_ref()
+            .map(|charge| reader.figure("charge.watt_hours", &charge.watt_hours, WATT_HOURS))
+            .transpose()?;
         let ambient_celsius = reader.figure("air.celsius", &read.air.celsius, CELSIUS)?;
         let shutdown = Shutdown {
             node: reader.node("shutdown.node", &read.shutdown.node)?,
@@ -122,6 +130,7 @@ impl Phone {
             dram: reader.node("heat.dram", &read.heat.dram)?,
             network,
             ambient_celsius,
+            charge_watt_hours,
             other_watts,
             zones,
             shutdown,

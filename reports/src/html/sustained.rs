@@ -1,7 +1,7 @@
 //! What becomes of the frame rate on a phone that warms.
 
 use super::markup::{Cell, Column, Escaped, Group, Table, terms};
-use crate::sustained::{Heat, Minute, NodeHeat, Sustained, SustainedPoint, span};
+use crate::sustained::{Heat, Minute, NodeHeat, Sustained, SustainedPoint, charge, span};
 use crate::units::digits;
 
 pub(super) fn write(sustained: Option<&Sustained>) -> String {
@@ -26,6 +26,7 @@ fn facts(sustained: &Sustained) -> String {
         ended_after_s,
         switches,
         heat,
+        battery,
         ..
     } = sustained;
     let Heat { in_j, stored_j, to_air_j } = *heat;
@@ -35,20 +36,24 @@ fn facts(sustained: &Sustained) -> String {
         "ran_away" => "leakage runs away, and the phone shuts down",
         _ => "all of it was drawn",
     };
-    terms([
-        ("at first", format!("{} frames per second", digits(*peak_fps))),
-        (
-            "in the last minute",
-            format!("{} frames per second, {:.1} %", digits(*sustained_fps), 100.0 * stability),
-        ),
-        ("clock first lowered after", lowered),
-        ("changes of the clock", switches.to_string()),
-        ("end", format!("{end}, after {}", span(*ended_after_s))),
-        (
-            "heat",
-            format!("{} J in, {} J kept, {} J to the air", digits(in_j), digits(stored_j), digits(to_air_j)),
-        ),
-    ])
+    let heat =
+        format!("{} J in, {} J kept, {} J to the air", digits(in_j), digits(stored_j), digits(to_air_j));
+    let battery = battery.as_ref().map(|battery| ("battery", charge(battery)));
+    terms(
+        [
+            ("at first", format!("{} frames per second", digits(*peak_fps))),
+            (
+                "in the last minute",
+                format!("{} frames per second, {:.1} %", digits(*sustained_fps), 100.0 * stability),
+            ),
+            ("clock first lowered after", lowered),
+            ("changes of the clock", switches.to_string()),
+            ("end", format!("{end}, after {}", span(*ended_after_s))),
+            ("heat", heat),
+        ]
+        .into_iter()
+        .chain(battery),
+    )
 }
 
 fn points(points: &[SustainedPoint]) -> Table {

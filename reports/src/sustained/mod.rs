@@ -4,13 +4,14 @@ mod series;
 mod text;
 
 pub use series::{chart, csv_text};
-pub(crate) use text::{span, write};
+pub(crate) use text::{charge, span, write};
 
 use serde::{Deserialize, Serialize};
 use thermal::{LongRun, OperatingPoint, Outcome, Phone, Run, Sample, long_run};
 
 /// Seconds over which a sustained frame rate is taken.
 const MINUTE: f64 = 60.0;
+const SECONDS_PER_HOUR: f64 = 3600.0;
 
 /// What became of a frame rate on a phone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +44,29 @@ pub struct Sustained {
     pub nodes: Vec<NodeHeat>,
     /// Where the heat went.
     pub heat: Heat,
+    /// What it takes from the battery; none where the phone's description does not say what that holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub battery: Option<Battery>,
+}
+
+/// A full battery under the load.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Battery {
+    /// Energy of a full charge, in Wh.
+    pub watt_hours: f64,
+    /// The part of it that the whole phone took, from 0; above 1 where it would not have lasted.
+    pub used: f64,
+    /// Hours that a full charge lasts at the mean power.
+    pub lasts_hours: f64,
+}
+
+impl Battery {
+    /// Of a phone that took so many joules in so many seconds; none where it took none.
+    fn new(watt_hours: f64, joules: f64, seconds: f64) -> Option<Self> {
+        let charge = watt_hours * SECONDS_PER_HOUR;
+        let used = joules / charge;
+        (used > 0.0).then(|| Self { watt_hours, used, lasts_hours: seconds / used / SECONDS_PER_HOUR })
+    }
 }
 
 /// The frame at one clock.
@@ -138,6 +162,7 @@ impl Sustained {
                 .fold(f64::NEG_INFINITY, f64::max),
             last_celsius: last.map_or(phone.ambient_celsius, |sample| sample.celsius[node]),
         };
+        let joules = last.map_or(0.0, |sample| sample.joules);
         Self {
             phone: phone.title.clone(),
             seconds,
@@ -159,11 +184,8 @@ impl Sustained {
                 .enumerate()
                 .map(of_node)
                 .collect(),
-            heat: Heat {
-                in_j: last.map_or(0.0, |sample| sample.joules),
-                stored_j: run.joules_stored,
-                to_air_j: run.joules_to_air,
-            },
+            heat: Heat { in_j: joules, stored_j: run.joules_stored, to_air_j: run.joules_to_air },
+            battery: phone.charge_watt_hours.and_then(|charge| Battery::new(charge, joules, ended_after_s)),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The section of a report that tells of a warm phone.
 
-use super::{Heat, Minute, NodeHeat, Sustained, SustainedPoint};
+use super::{Battery, Heat, Minute, NodeHeat, Sustained, SustainedPoint};
 use crate::text::Style;
 use crate::units::digits;
 use std::fmt::Write;
@@ -106,6 +106,19 @@ pub(crate) fn write(out: &mut String, sustained: Option<&Sustained>, style: Styl
         digits(stored_j),
         digits(to_air_j)
     );
+    if let Some(battery) = &sustained.battery {
+        line!(out, "  Battery: {}", charge(battery));
+    }
+}
+
+/// What the load takes from a battery, in words.
+pub(crate) fn charge(Battery { watt_hours, used, lasts_hours }: &Battery) -> String {
+    format!(
+        "{:.1} % of {} Wh, which would last {} h at this power",
+        100.0 * used,
+        digits(*watt_hours),
+        digits(*lasts_hours)
+    )
 }
 
 /// A time in minutes and seconds.
