@@ -45,7 +45,10 @@ fn a_load_says_what_is_sustained_and_where_the_heat_went() {
     let battery = &sustained["battery"];
     let charge_j = 3600.0 * number(&battery["watt_hours"]);
     assert!((number(&battery["used"]) * charge_j / number(&heat["in_j"]) - 1.0).abs() < 1e-9, "{battery}");
-    assert!((number(&battery["lasts_hours"]) * number(&battery["used"]) * 6.0 - 1.0).abs() < 1e-9, "{battery}");
+    assert!(
+        (number(&battery["lasts_hours"]) * number(&battery["used"]) * 6.0 - 1.0).abs() < 1e-9,
+        "{battery}"
+    );
     let minutes = sustained["minutes"].as_array().expect("minutes");
     let joules: f64 = minutes.iter().map(|minute| number(&minute["energy_j"])).sum();
     assert!((joules / number(&heat["in_j"]) - 1.0).abs() < 1e-9 && minutes.len() == 10);

@@ -212,3 +212,22 @@ fn points_that_do_not_fall_are_refused() {
     points[0].gpu_watts = f64::NAN;
     assert!(phone().simulate(&points, &Settings::over(1.0)).is_err());
 }
+
+#[test]
+fn a_charge_is_what_the_description_says_or_none() {
+    let with = |charge: &str| {
+        Phone::parse(&BUILTIN.replacen("[charge]\nwatt_hours = { value = 8.74,", charge, 1), "p.toml")
+    };
+    assert_eq!(phone().charge_watt_hours, Some(8.74));
+    assert!(BUILTIN.contains("[charge]\nwatt_hours = { value = 8.74,"));
+    for (watt_hours, fits) in [("0.001", true), ("0.0009", false), ("1e6", true), ("1.1e6", false)] {
+        let read = with(&format!("[charge]\nwatt_hours = {{ value = {watt_hours},"));
+        assert_eq!(read.is_ok(), fits, "{watt_hours}");
+        if let Err(error) = read {
+            assert!(error.to_string().contains("charge.watt_hours"), "{error}");
+        }
+    }
+    let line = BUILTIN.lines().find(|line| line.starts_with("watt_hours")).expect("it has one");
+    let without = BUILTIN.replacen(&format!("[charge]\n{line}\n"), "", 1);
+    assert_eq!(Phone::parse(&without, "p.toml").expect("it is optional").charge_watt_hours, None);
+}
