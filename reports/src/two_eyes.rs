@@ -79,6 +79,11 @@ impl TwoEyes<'_> {
                 100.0 * overhead
             );
         }
+        let [_, right] = self.reusing;
+        let waits = right.stack.iter().filter(|part| part.name == "DMA").map(|part| part.seconds);
+        if let Some(seconds) = waits.reduce(|sum, seconds| sum + seconds) {
+            let _ = writeln!(text, "of which kernels wait {} us for DMA", digits(1e6 * seconds));
+        }
         text
     }
 }

@@ -147,7 +147,14 @@ fn on_a_gpu_both_eyes_have_reports_and_what_is_answered_is_not_traced() {
     let mut all = [&FILES[..], &REPORTS].concat();
     all.sort_unstable();
     assert_eq!(names_in(out.path()), all);
-    for part in ["on sgrt, stereo\n", "\n  reprojection errors, ms", "32x16", "  as modelled\n", "96x1"] {
+    for part in [
+        "on sgrt, stereo\n",
+        "\n  reprojection errors, ms",
+        "of which kernels wait ",
+        "32x16",
+        "  as modelled\n",
+        "96x1",
+    ] {
         assert!(text.contains(part), "no '{part}' in: {text}");
     }
     let [left_traced, left, right_traced, right] = REPORTS.map(|name| {
