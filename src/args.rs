@@ -2,11 +2,13 @@
 //!
 //! These are raw settings; [`crate::settings`] and [`crate::machine`] check them and turn them into what the work needs.
 
+mod check;
 mod machine;
 mod pictures;
 mod reflections;
 mod thermal;
 
+pub(crate) use check::{CheckArgs, CheckFormat};
 pub(crate) use machine::MachineArgs;
 pub(crate) use pictures::{EyesArgs, RenderArgs, StereoArgs};
 pub(crate) use reflections::ReflectionArgs;
@@ -230,28 +232,6 @@ pub(crate) struct WhatifArgs {
     /// Also write tables into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct CheckArgs {
-    /// What to check: a scene to profile as `profile` does, or a finished report (.json).
-    #[arg(value_name = "SCENE|REPORT.json", default_value = DEFAULT_SCENE)]
-    pub(crate) subject: String,
-    /// The limits.
-    #[arg(long, value_name = "BUDGET.toml")]
-    pub(crate) budget: PathBuf,
-    /// An earlier report, for limits on changes.
-    #[arg(long, value_name = "BASELINE.json")]
-    pub(crate) baseline: Option<PathBuf>,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    #[command(flatten)]
-    pub(crate) frame: FrameArgs,
-    #[command(flatten)]
-    pub(crate) machine: MachineArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

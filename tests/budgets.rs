@@ -127,3 +127,169 @@ fn what_cannot_be_checked_is_an_error_and_not_a_failure() {
     std::fs::write(&foreign, "{\"schema\": 1}").expect("a file in a temporary folder");
     refused(&good, &[foreign.to_str().expect("UTF-8")], &["foreign.json", "not a report"]);
 }
+
+#[test]
+fn an_improvement_that_is_asked_for_is_there_or_not() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (old, before) = report(dir.path(), "old.json", "32x40");
+    let (new, after) = report(dir.path(), "new.json", "32x32");
+    let change = before - after;
+    let run = |rule: &str, subject: &str, baseline: &str| {
+        check(dir.path(), &limit(rule), &[subject, "--baseline", baseline]).code
+    };
+    let decrease = |least: u64| format!("hard = {{ min_decrease = {least} }}");
+    assert_eq!(run(&decrease(change), &new, &old), Some(0));
+    assert_eq!(run(&decrease(change + 1), &new, &old), Some(1));
+    assert_eq!(run("hard = { min_decrease = \"1 %\" }", &new, &old), Some(0));
+    assert_eq!(run("hard = { min_decrease = \"99 %\" }", &new, &old), Some(1));
+    assert_eq!(run("hard = { min_increase = \"1 %\" }", &new, &old), Some(1));
+    assert_eq!(run("hard = { min_increase = \"1 %\" }", &old, &new), Some(0));
+    let without = check(dir.path(), &limit(&decrease(1)), &[&new]);
+    assert_eq!(without.code, Some(0));
+    assert!(without.stdout.contains("no baseline"), "{}", without.stdout);
+    let wrong = check(dir.path(), &limit("hard = { min_decrease = -1 }"), &[&new]);
+    assert!(
+        wrong.stderr.contains("budget.toml:3") && wrong.stderr.contains("at least 0"),
+        "{}",
+        wrong.stderr
+    );
+}
+
+#[test]
+fn a_broken_limit_says_which_parts_of_the_counter_changed() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (old, before) = report(dir.path(), "old.json", "32x32");
+    let (new, after) = report(dir.path(), "new.json", "32x40");
+    let budget = |counter: &str, rule: &str| format!("[[limit]]\ncounter = \"{counter}\"\n{rule}\n");
+    let why = |counter: &str, rule: &str, more: &[&str]| {
+        let args = [&[new.as_str(), "--why", "--format", "json"], more].concat();
+        let ran = check(dir.path(), &budget(counter, rule), &args);
+        assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+        let json: serde_json::Value = serde_json::from_str(&ran.stdout).expect("JSON");
+        json["why"].as_array().expect("reasons").clone()
+    };
+    let against = ["--baseline", old.as_str()];
+    let sum = |reasons: &[serde_json::Value], by: &str, figure: &str| -> f64 {
+        let causes = reasons[0]["causes"].as_array().expect("causes");
+        let of = causes.iter().filter(|cause| cause["by"] == by);
+        of.map(|cause| cause[figure].as_f64().expect("a figure")).sum()
+    };
+    let fetches = why("node_fetches", "hard = { max_increase = 0 }", &against);
+    assert_eq!(
+        (sum(&fetches, "pass", "value"), sum(&fetches, "pass", "baseline")),
+        (after as f64, before as f64)
+    );
+    // Of two ways to break a counter's limits, one reason; without a baseline, parts and no changes.
+    let both = why("node_fetches", "soft = { max = 1 }\nhard = { max = 1 }", &[]);
+    assert_eq!((both.len(), sum(&both, "pass", "value")), (1, after as f64));
+    assert!(both[0]["causes"][0]["baseline"].is_null());
+    let bytes = why("dram_read_bytes", "hard = { max = 1 }", &[]);
+    assert!(sum(&bytes, "pass and buffer", "value") > 0.0, "{bytes:?}");
+    let lines = why("l2_misses", "hard = { max = 1 }", &[]);
+    assert!(lines[0]["causes"].to_string().contains(" in uche"), "{lines:?}");
+
+    let args = [&[new.as_str(), "--why"], &against[..]].concat();
+    let text = check(dir.path(), &budget("frame_time_ms", "hard = { max_increase = 0 }"), &args).stdout;
+    assert!(text.contains("\nwhy frame_time_ms of the frame, in ms\n  "), "{text}");
+    assert!(text.contains("  pass: ") && text.contains("  resource: ") && text.contains(" from "), "{text}");
+    let kept = check(dir.path(), &limit("hard = { min = 1 }"), &[&new, "--why"]);
+    assert!(kept.code == Some(0) && !kept.stdout.contains("why"), "{}", kept.stdout);
+}
+
+#[test]
+fn results_are_told_in_the_forms_that_ci_services_read() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (report, _) = report(dir.path(), "r.json", "16x16");
+    let budget =
+        "[[limit]]\ncounter = \"node_fetches\"\nsoft = { max = 1 }\nhard = { max = 2, max_increase = 0 }\n";
+    let run = |format: &str| {
+        let ran = check(dir.path(), budget, &[&report, "--why", "--format", format]);
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(1), ""), "{format}");
+        ran.stdout
+    };
+    let junit = run("junit");
+    for part in [
+        "<testsuites name=\"raybudget check\" tests=\"3\" failures=\"1\" errors=\"0\">",
+        "<testcase classname=\"frame\" name=\"node_fetches hard max 2\"><failure type=\"hard\" message=\"",
+        "<skipped message=\"there is no baseline\"/>",
+        "<system-out>warning: ",
+        "why node_fetches of the frame",
+    ] {
+        assert!(junit.contains(part), "no {part} in {junit}");
+    }
+    assert_eq!(junit.matches("<testcase ").count(), junit.matches("</testcase>").count());
+    let github = run("github");
+    let lines: Vec<&str> = github.lines().collect();
+    let starts = [("::warning", 3), ("::error", 4), ("::notice", 4)];
+    assert_eq!(lines.len(), starts.len(), "{github}");
+    for (line, (command, of_budget)) in lines.iter().zip(starts) {
+        assert!(line.starts_with(&format!("{command} file=")), "{line}");
+        assert!(
+            line.contains(&format!(
+                "budget.toml,line={of_budget},title=raybudget node_fetches::node_fetches of the frame is "
+            )),
+            "{line}"
+        );
+    }
+    let markdown = run("markdown");
+    assert!(markdown.starts_with("## Budget broken: cornell on adreno-540, fragment\n"), "{markdown}");
+    assert!(markdown.contains("| FAIL | `node_fetches` | frame | hard max 2 |"), "{markdown}");
+    assert!(
+        markdown.contains("3 limits: 1 hard broken, 1 soft broken, 1 not compared for want of a baseline."),
+        "{markdown}"
+    );
+}
+
+#[test]
+fn accepted_figures_are_a_baseline_that_can_be_reviewed() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (old, before) = report(dir.path(), "old.json", "32x32");
+    let (new, after) = report(dir.path(), "new.json", "32x40");
+    let accepted = dir.path().join("accepted.toml");
+    let path = accepted.to_str().expect("UTF-8");
+    let compared = limit(&format!("hard = {{ max_increase = {} }}", after - before));
+
+    // The first run has no baseline, which is no error.
+    let first = check(dir.path(), &compared, &[&old, "--baseline", path]);
+    assert_eq!(first.code, Some(0));
+    assert!(
+        first.stderr.contains("there is no such baseline") && first.stdout.contains("no baseline"),
+        "{}",
+        first.stderr
+    );
+
+    assert_eq!(check(dir.path(), &compared, &[&old, "--accept", path]).code, Some(0));
+    let text = std::fs::read_to_string(&accepted).expect("a text");
+    assert!(
+        text.contains(&format!("node_fetches = {before}\n")) && text.contains("[passes.\"primary rays\"]"),
+        "{text}"
+    );
+    assert!(text.len() < 2500 && !text.contains("dram_read_bytes"), "{} bytes: {text}", text.len());
+    let again = dir.path().join("again.toml");
+    check(dir.path(), &compared, &[&old, "--accept", again.to_str().expect("UTF-8")]);
+    assert_eq!(std::fs::read_to_string(&again).expect("a text"), text, "the same bytes each time");
+
+    let run =
+        |rule: &str, subject: &str| check(dir.path(), &limit(rule), &[subject, "--baseline", path, "--why"]);
+    let same = run("hard = { max_increase = 0 }", &old);
+    assert_eq!((same.code, same.stderr.as_str()), (Some(0), ""), "{}", same.stdout);
+    let at = format!("hard = {{ max_increase = {} }}", after - before);
+    assert_eq!(run(&at, &new).code, Some(0));
+    let beyond = run(&format!("hard = {{ max_increase = {} }}", after - before - 1), &new);
+    assert_eq!(beyond.code, Some(1));
+    assert!(beyond.stdout.contains("  pass: primary rays: "), "{}", beyond.stdout);
+    assert!(
+        beyond.stderr.contains("stale baseline: inputs.height is 32 in the baseline and 40 here"),
+        "{}",
+        beyond.stderr
+    );
+
+    std::fs::write(&accepted, format!("weather = 3\n{text}")).expect("a file");
+    let broken = check(dir.path(), &compared, &[&new, "--baseline", path]);
+    assert_eq!(broken.code, Some(2));
+    assert!(
+        broken.stderr.contains("accepted.toml:") && broken.stderr.contains("--accept"),
+        "{}",
+        broken.stderr
+    );
+}

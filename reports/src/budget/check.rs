@@ -1,9 +1,10 @@
 //! Whether a report keeps a budget.
 
+use super::baseline::Baseline;
 use super::file::{Budget, Change, Limit, Rule};
 use crate::counters::{Counters, Value};
 use crate::error::Error;
-use crate::report::Report;
+use crate::report::{Inputs, Report};
 use serde::Serialize;
 
 /// What breaking a limit means.
@@ -79,14 +80,14 @@ impl Budget {
     ///
     /// # Errors
     /// When the report lacks a counter or a pass that the budget limits; the error gives the reason of the absence.
-    pub fn check(&self, report: &Report, baseline: Option<&Report>) -> Result<Checked, Error> {
+    pub fn check(&self, report: &Report, baseline: Option<&Baseline>) -> Result<Checked, Error> {
         let rows =
             self.limits.iter().map(|limit| self.row(limit, report, baseline)).collect::<Result<_, _>>()?;
         let stale = baseline.map_or_else(Vec::new, |baseline| differences(report, baseline));
         Ok(Checked { rows, stale })
     }
 
-    fn row(&self, limit: &Limit, report: &Report, baseline: Option<&Report>) -> Result<Row, Error> {
+    fn row(&self, limit: &Limit, report: &Report, baseline: Option<&Baseline>) -> Result<Row, Error> {
         let refuse =
             |problem: String, remedy: &str| Err(Error::at_line(&self.file, limit.line, problem, remedy));
         let id = &limit.counter;
@@ -115,10 +116,7 @@ impl Budget {
                 "remove the limit, or check a scene and GPU that have it",
             );
         };
-        let baseline = baseline
-            .and_then(|baseline| counters_of(limit, baseline))
-            .and_then(|counters| counters.get(id))
-            .and_then(|counter| counter.value.as_f64());
+        let baseline = baseline.and_then(|baseline| baseline.figure(id, limit.pass.as_deref()));
         let outcome = match limit.rule.holds(value, baseline) {
             Some(true) => Outcome::Pass,
             Some(false) => Outcome::Fail,
@@ -142,11 +140,17 @@ impl Rule {
             // Multiplied out, so that a baseline of 0 allows no change and 5 % of 100 is not rounded.
             Change::Percent(most) => change * 100.0 <= most * baseline.abs(),
         };
+        let beyond = |change: f64, least: Change, baseline: f64| match least {
+            Change::Absolute(least) => change >= least,
+            Change::Percent(least) => change * 100.0 >= least * baseline.abs(),
+        };
         match self {
             Self::Max(most) => Some(value <= most),
             Self::Min(least) => Some(value >= least),
             Self::MaxIncrease(most) => baseline.map(|baseline| within(value - baseline, most, baseline)),
             Self::MaxDecrease(most) => baseline.map(|baseline| within(baseline - value, most, baseline)),
+            Self::MinIncrease(least) => baseline.map(|baseline| beyond(value - baseline, least, baseline)),
+            Self::MinDecrease(least) => baseline.map(|baseline| beyond(baseline - value, least, baseline)),
         }
     }
 }
@@ -158,15 +162,19 @@ fn counters_of<'a>(limit: &Limit, report: &'a Report) -> Option<&'a Counters> {
     }
 }
 
-fn differences(report: &Report, baseline: &Report) -> Vec<String> {
-    let object = |report: &Report| match serde_json::to_value(&report.inputs) {
+fn differences(report: &Report, baseline: &Baseline) -> Vec<String> {
+    let object = |inputs: &Inputs| match serde_json::to_value(inputs) {
         Ok(serde_json::Value::Object(fields)) => fields,
         _ => unreachable!("inputs are a struct of plain fields"),
     };
-    let (ours, theirs) = (object(report), object(baseline));
+    let (ours, theirs) = (object(&report.inputs), object(baseline.inputs()));
     let mut sentences = Vec::new();
-    if report.tool != baseline.tool {
-        sentences.push(format!("the baseline was made by {}, this report by {}", baseline.tool, report.tool));
+    if report.tool != baseline.tool() {
+        sentences.push(format!(
+            "the baseline was made by {}, this report by {}",
+            baseline.tool(),
+            report.tool
+        ));
     }
     for (key, value) in &ours {
         if let Some(other) = theirs.get(key).filter(|&other| other != value) {

@@ -26,6 +26,10 @@ pub enum Rule {
     MaxIncrease(Change),
     /// At most this much below the baseline.
     MaxDecrease(Change),
+    /// At least this much above the baseline: an improvement that is asked for.
+    MinIncrease(Change),
+    /// At least this much below the baseline: an improvement that is asked for.
+    MinDecrease(Change),
 }
 
 /// One rule for one counter.
@@ -75,6 +79,8 @@ struct RawRules {
     min: Option<Spanned<f64>>,
     max_increase: Option<Spanned<RawChange>>,
     max_decrease: Option<Spanned<RawChange>>,
+    min_increase: Option<Spanned<RawChange>>,
+    min_decrease: Option<Spanned<RawChange>>,
 }
 
 #[derive(Clone, Deserialize)]
@@ -90,18 +96,10 @@ impl Budget {
     /// # Errors
     /// On TOML that is not a budget, an unknown key or counter, a limit without rules, and figures that are not finite.
     pub fn parse(text: &str, file: &str) -> Result<Self, Error> {
-        let line = |offset: usize| {
-            1 + text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count()
-        };
-        let raw: RawBudget = toml::from_str(text).map_err(|error| {
-            const REMEDY: &str =
-                "a budget is a list of [[limit]] tables with the keys counter, pass, soft and hard";
-            let problem = error.message().trim().replace('\n', ", ");
-            match error.span() {
-                Some(span) => Error::at_line(file, line(span.start), problem, REMEDY),
-                None => Error::new(file, problem, REMEDY),
-            }
-        })?;
+        let line = |offset: usize| line(text, offset);
+        const REMEDY: &str =
+            "a budget is a list of [[limit]] tables with the keys counter, pass, soft and hard";
+        let raw: RawBudget = toml::from_str(text).map_err(|error| refusal(text, file, &error, REMEDY))?;
         if raw.limit.is_empty() {
             return Err(Error::new(file, "no limits, expected at least one", "add a [[limit]] table"));
         }
@@ -150,10 +148,24 @@ impl Budget {
     }
 }
 
+/// The line of a place in a text, from 1.
+fn line(text: &str, offset: usize) -> usize {
+    1 + text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count()
+}
+
+/// What a text is refused with that is no such TOML.
+pub(super) fn refusal(text: &str, file: &str, error: &toml::de::Error, remedy: &str) -> Error {
+    let problem = error.message().trim().replace('\n', ", ");
+    match error.span() {
+        Some(span) => Error::at_line(file, line(text, span.start), problem, remedy),
+        None => Error::new(file, problem, remedy),
+    }
+}
+
 impl RawRules {
     /// The rules that are there, each with its place in the text.
     fn rules(self) -> Vec<(usize, Result<Rule, String>)> {
-        let Self { max, min, max_increase, max_decrease } = self;
+        let Self { max, min, max_increase, max_decrease, min_increase, min_decrease } = self;
         let number =
             |raw: Spanned<f64>, rule: fn(f64) -> Rule| (raw.span().start, Ok(rule(raw.into_inner())));
         let change = |raw: Spanned<RawChange>, rule: fn(Change) -> Rule| {
@@ -164,6 +176,8 @@ impl RawRules {
             min.map(|raw| number(raw, Rule::Min)),
             max_increase.map(|raw| change(raw, Rule::MaxIncrease)),
             max_decrease.map(|raw| change(raw, Rule::MaxDecrease)),
+            min_increase.map(|raw| change(raw, Rule::MinIncrease)),
+            min_decrease.map(|raw| change(raw, Rule::MinDecrease)),
         ]
         .into_iter()
         .flatten()
@@ -185,16 +199,23 @@ impl RawChange {
 }
 
 fn check(rule: Rule) -> Result<Rule, String> {
-    let (Rule::Max(number) | Rule::Min(number)) = rule else {
-        let (Rule::MaxIncrease(change) | Rule::MaxDecrease(change)) = rule else { return Ok(rule) };
-        let (Change::Absolute(number) | Change::Percent(number)) = change;
-        return if number.is_finite() && number >= 0.0 {
-            Ok(rule)
-        } else {
-            Err(format!("a change of {number}, expected a finite number of at least 0"))
-        };
-    };
-    if number.is_finite() { Ok(rule) } else { Err(format!("a limit of {number}, expected a finite number")) }
+    match rule {
+        Rule::Max(number) | Rule::Min(number) if number.is_finite() => Ok(rule),
+        Rule::Max(number) | Rule::Min(number) => {
+            Err(format!("a limit of {number}, expected a finite number"))
+        }
+        Rule::MaxIncrease(change)
+        | Rule::MaxDecrease(change)
+        | Rule::MinIncrease(change)
+        | Rule::MinDecrease(change) => {
+            let (Change::Absolute(number) | Change::Percent(number)) = change;
+            if number.is_finite() && number >= 0.0 {
+                Ok(rule)
+            } else {
+                Err(format!("a change of {number}, expected a finite number of at least 0"))
+            }
+        }
+    }
 }
 
 /// The known id that shares the longest start with a misspelt one.

@@ -12,13 +12,24 @@
 //! hard = { max_increase = "5 %" }      # against a baseline report; a number is in the counter's unit
 //! ```
 //!
-//! The rules are `max`, `min`, `max_increase` and `max_decrease`; `soft` and `hard` may hold any of them. A figure that
-//! equals its limit keeps it. Unknown keys and counters are refused with their line.
+//! The rules are `max`, `min`, `max_increase` and `max_decrease`, and `min_increase` and `min_decrease` for an improvement that is
+//! asked for; `soft` and `hard` may hold any of them. A figure that equals its limit keeps it. Unknown keys and counters are refused
+//! with their line.
 
+mod annotations;
+mod baseline;
 mod check;
 mod file;
+mod junit;
+mod markdown;
 mod table;
+mod why;
 
+pub use annotations::annotations;
+pub use baseline::{Accepted, Baseline};
 pub use check::{Checked, Outcome, Row, Severity};
 pub use file::{Budget, Change, Limit, Rule};
+pub use junit::junit;
+pub use markdown::markdown;
 pub use table::{csv_text, json_text, text};
+pub use why::{Cause, Why, why};

@@ -1,7 +1,8 @@
 //! The results of a check as text, JSON and CSV.
 
 use super::check::{Checked, Outcome, Row, Severity};
-use super::file::{Change, Rule};
+use super::file::{Change, Limit, Rule};
+use super::why::{self, Why};
 use crate::counters::Value;
 use crate::text::Style;
 use crate::units;
@@ -9,7 +10,7 @@ use serde_json::{Value as Json, json};
 use std::fmt::Write;
 
 impl Severity {
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Soft => "soft",
             Self::Hard => "hard",
@@ -17,8 +18,15 @@ impl Severity {
     }
 }
 
+impl Limit {
+    /// The pass, or the frame.
+    pub(super) fn place(&self) -> &str {
+        self.pass.as_deref().unwrap_or("frame")
+    }
+}
+
 impl Rule {
-    fn describe(self) -> String {
+    pub(super) fn describe(self) -> String {
         let change = |change: Change| match change {
             Change::Absolute(number) => number.to_string(),
             Change::Percent(number) => format!("{number} %"),
@@ -28,11 +36,13 @@ impl Rule {
             Self::Min(least) => format!("min {least}"),
             Self::MaxIncrease(most) => format!("max increase {}", change(most)),
             Self::MaxDecrease(most) => format!("max decrease {}", change(most)),
+            Self::MinIncrease(least) => format!("min increase {}", change(least)),
+            Self::MinDecrease(least) => format!("min decrease {}", change(least)),
         }
     }
 }
 
-fn verdict(row: &Row) -> &'static str {
+pub(super) fn verdict(row: &Row) -> &'static str {
     match (row.outcome, row.limit.severity) {
         (Outcome::Pass, _) => "pass",
         (Outcome::Fail, Severity::Hard) => "FAIL",
@@ -41,7 +51,7 @@ fn verdict(row: &Row) -> &'static str {
     }
 }
 
-fn figure(value: &Value) -> String {
+pub(super) fn figure(value: &Value) -> String {
     match value {
         Value::Count(count) => count.to_string(),
         Value::Real(real) => units::digits(*real),
@@ -49,23 +59,37 @@ fn figure(value: &Value) -> String {
     }
 }
 
-/// The results as an aligned table and a closing line.
-pub fn text(checked: &Checked, style: Style) -> String {
+/// The change against the baseline, where there is one.
+pub(super) fn changed(row: &Row) -> String {
+    match (row.change(), row.percent()) {
+        (Some(change), Some(percent)) => format!("{} ({:+.2} %)", signed(change), percent),
+        (Some(change), None) => format!("{} (from 0)", signed(change)),
+        (None, _) => String::new(),
+    }
+}
+
+/// How many limits were broken.
+pub(super) fn closing(checked: &Checked) -> String {
+    let (hard, soft) = (checked.failures(Severity::Hard), checked.failures(Severity::Soft));
+    let not_compared = match checked.rows.iter().filter(|row| row.outcome == Outcome::NotCompared).count() {
+        0 => String::new(),
+        count => format!(", {count} not compared for want of a baseline"),
+    };
+    format!("{} limits: {hard} hard broken, {soft} soft broken{not_compared}", checked.rows.len())
+}
+
+/// The results as an aligned table and a closing line, and why limits are broken.
+pub fn text(checked: &Checked, reasons: &[Why], style: Style) -> String {
     let mut rows = vec![["result", "counter", "pass", "limit", "value", "unit", "change"].map(str::to_owned)];
     rows.extend(checked.rows.iter().map(|row| {
-        let change = match (row.change(), row.percent()) {
-            (Some(change), Some(percent)) => format!("{} ({:+.2} %)", signed(change), percent),
-            (Some(change), None) => format!("{} (from 0)", signed(change)),
-            (None, _) => String::new(),
-        };
         [
             verdict(row).to_owned(),
             row.limit.counter.clone(),
-            row.limit.pass.clone().unwrap_or_else(|| "frame".to_owned()),
+            row.limit.place().to_owned(),
             format!("{} {}", row.limit.severity.name(), row.limit.rule.describe()),
             figure(&row.value),
             row.unit.clone(),
-            change,
+            changed(row),
         ]
     }));
     let widths: [usize; 7] =
@@ -82,27 +106,18 @@ pub fn text(checked: &Checked, style: Style) -> String {
         let line = if index == 0 && style == Style::Ansi { format!("\x1b[1m{line}\x1b[0m") } else { line };
         writeln!(out, "{line}").expect("a string takes every write");
     }
-    let (hard, soft) = (checked.failures(Severity::Hard), checked.failures(Severity::Soft));
-    writeln!(
-        out,
-        "{} limits: {hard} hard broken, {soft} soft broken{}",
-        checked.rows.len(),
-        match checked.rows.iter().filter(|row| row.outcome == Outcome::NotCompared).count() {
-            0 => String::new(),
-            count => format!(", {count} not compared for want of a baseline"),
-        }
-    )
-    .expect("a string takes every write");
+    writeln!(out, "{}", closing(checked)).expect("a string takes every write");
+    out.extend(reasons.iter().map(why::text));
     out
 }
 
-fn signed(number: f64) -> String {
+pub(super) fn signed(number: f64) -> String {
     let sign = if number >= 0.0 { "+" } else { "" };
     format!("{sign}{}", units::digits(number))
 }
 
-/// The results as `{passed, hard_failures, soft_failures, stale, rows: [...]}`.
-pub fn json_text(checked: &Checked) -> String {
+/// The results as `{passed, hard_failures, soft_failures, stale, rows: [...], why: [...]}`; the last only where reasons were asked for.
+pub fn json_text(checked: &Checked, reasons: Option<&[Why]>) -> String {
     let rows: Vec<Json> = checked
         .rows
         .iter()
@@ -126,13 +141,16 @@ pub fn json_text(checked: &Checked) -> String {
             })
         })
         .collect();
-    let whole = json!({
+    let mut whole = json!({
         "passed": checked.failures(Severity::Hard) == 0,
         "hard_failures": checked.failures(Severity::Hard),
         "soft_failures": checked.failures(Severity::Soft),
         "stale": checked.stale,
         "rows": rows,
     });
+    if let Some(reasons) = reasons {
+        whole["why"] = json!(reasons);
+    }
     format!("{whole:#}\n")
 }
 

@@ -1,0 +1,70 @@
+//! The results of a check as workflow commands of GitHub Actions, which annotate the lines of the budget file.
+
+use super::check::{Checked, Outcome, Severity};
+use super::table::{changed, figure};
+use super::why::{self, Why};
+use std::fmt::Write;
+
+/// An error for each broken hard limit, a warning for each broken soft one, a notice for what was not compared. `file` is the budget's, as the
+/// repository knows it; reasons stand in the messages.
+pub fn annotations(checked: &Checked, reasons: &[Why], file: &str) -> String {
+    let mut out = String::new();
+    for row in &checked.rows {
+        let command = match (row.outcome, row.limit.severity) {
+            (Outcome::Pass, _) => continue,
+            (Outcome::Fail, Severity::Hard) => "error",
+            (Outcome::Fail, Severity::Soft) => "warning",
+            (Outcome::NotCompared, _) => "notice",
+        };
+        let limit = &row.limit;
+        let mut message =
+            format!("{} of the {} is {} {}", limit.counter, limit.place(), figure(&row.value), row.unit);
+        match row.outcome {
+            Outcome::NotCompared => message.push_str(", and there is no baseline"),
+            _ => write!(message, ", limit: {}", limit.rule.describe()).expect("a string takes every write"),
+        }
+        let change = changed(row);
+        if !change.is_empty() {
+            write!(message, "; change {change}").expect("a string takes every write");
+        }
+        let of_limit = |reason: &&Why| reason.counter == limit.counter && reason.pass == limit.pass;
+        if let Some(reason) = reasons.iter().find(of_limit).filter(|_| row.outcome == Outcome::Fail) {
+            message.push_str(why::text(reason).trim_end());
+        }
+        writeln!(
+            out,
+            "::{command} file={},line={},title=raybudget {}::{}",
+            property(file),
+            limit.line,
+            property(&limit.counter),
+            data(&message)
+        )
+        .expect("a string takes every write");
+    }
+    for sentence in &checked.stale {
+        writeln!(out, "::warning file={},title=stale baseline::{}", property(file), data(sentence))
+            .expect("a string takes every write");
+    }
+    out
+}
+
+/// As the runner unescapes a message.
+fn data(text: &str) -> String {
+    text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
+}
+
+/// As the runner unescapes a property.
+fn property(text: &str) -> String {
+    data(text).replace(':', "%3A").replace(',', "%2C")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_end_a_command_or_begin_another() {
+        assert_eq!(data("5 %\n::error::x"), "5 %25%0A::error::x");
+        assert_eq!(property("a,b:c%"), "a%2Cb%3Ac%25");
+    }
+}
