@@ -3,5 +3,6 @@
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     drop(reports::budget::Budget::parse(text, "fuzz.toml"));
+    drop(reports::budget::Accepted::parse(text, "fuzz.toml"));
     drop(reports::json::read(text, "fuzz.json"));
 });

@@ -2,9 +2,10 @@
 
 use crate::config::Gpu;
 use crate::counters::{FrameCounters, Pass};
-use crate::engine::Engine;
+use crate::engine::{Engine, Finished};
 use crate::error::Error;
-use crate::replay::add_issue;
+use crate::layout::BufferBytes;
+use crate::replay::{Replayed, add_issue};
 use crate::warp::{Emitter, Stepper, TileStreams, TreeTurns};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
@@ -47,6 +48,18 @@ impl Benches {
 }
 
 impl Running {
+    /// What was counted, with dirty lines written back, of a frame with these buffers.
+    pub(crate) fn finish(self, structure_bytes: u64, buffers: BufferBytes) -> Replayed {
+        let Self { engine, mut counters, resident_warps } = self;
+        let Finished { traffic, flush, schedule, phases, timed } = engine.finish();
+        for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
+            pass.traffic = traffic;
+        }
+        counters.flush = flush;
+        counters.schedule = schedule;
+        Replayed { counters, maps: None, structure_bytes, buffers, resident_warps, phases, timed }
+    }
+
     /// Runs a dispatch, piece by piece, to its end: `make` makes the warps of a piece and what `keep` hears of it, in order. `passes` are those of the
     /// dispatch, the first of them first; a core holds `resident_warps` of its warps.
     pub(crate) fn dispatch<T: Send>(

@@ -1,6 +1,6 @@
 //! Are limits kept at their value and broken just beyond it, and are wrong budgets refused with their place?
 
-use reports::budget::{Budget, Checked, Outcome, Severity, csv_text, json_text, text};
+use reports::budget::{Baseline, Budget, Checked, Outcome, Severity, csv_text, json_text, text};
 use reports::{Report, json, text::Style};
 
 /// A report of three counters with figures and one without, in the frame and in one pass.
@@ -28,8 +28,12 @@ fn limit(rules: &str) -> Budget {
         .expect("a budget")
 }
 
+fn whole(report: Report) -> Baseline {
+    Baseline::Report(Box::new(report))
+}
+
 fn outcome(rules: &str, fetches: u64, baseline: Option<u64>) -> Outcome {
-    let baseline = baseline.map(|fetches| report(1.0, fetches));
+    let baseline = baseline.map(|fetches| whole(report(1.0, fetches)));
     let checked = limit(rules).check(&report(1.0, fetches), baseline.as_ref()).expect("a check");
     checked.rows[0].outcome
 }
@@ -70,7 +74,7 @@ fn a_change_without_a_baseline_is_not_compared_and_does_not_fail() {
     assert_eq!(outcome("max_increase = 0", 100, None), Outcome::NotCompared);
     let checked = limit("max_increase = 0").check(&report(1.0, 1), None).expect("a check");
     assert_eq!(checked.failures(Severity::Hard), 0);
-    assert!(text(&checked, Style::Plain).contains("1 not compared"));
+    assert!(text(&checked, &[], Style::Plain).contains("1 not compared"));
 }
 
 #[test]
@@ -120,12 +124,12 @@ fn a_limit_on_an_absent_counter_is_an_error_with_the_reason() {
 fn a_baseline_of_other_inputs_is_called_stale() {
     let mut other = report(1.0, 1);
     assert_eq!(
-        limit("max = 1").check(&report(1.0, 1), Some(&other)).expect("a check").stale,
+        limit("max = 1").check(&report(1.0, 1), Some(&whole(other.clone()))).expect("a check").stale,
         Vec::<String>::new()
     );
     other.inputs.gpu = "another".into();
     other.tool = "raybudget 0.0.9".into();
-    let stale = limit("max = 1").check(&report(1.0, 1), Some(&other)).expect("a check").stale;
+    let stale = limit("max = 1").check(&report(1.0, 1), Some(&whole(other))).expect("a check").stale;
     assert_eq!(stale.len(), 2, "{stale:?}");
     assert!(stale[1].contains("inputs.gpu"), "{stale:?}");
 }
@@ -165,11 +169,11 @@ fn the_nearest_counter_is_suggested() {
 #[test]
 fn the_results_say_the_same_in_every_form() {
     let checked: Checked = limit("max = 100, max_increase = \"10 %\"")
-        .check(&report(1.0, 120), Some(&report(1.0, 100)))
+        .check(&report(1.0, 120), Some(&whole(report(1.0, 100))))
         .expect("a check");
-    let table = text(&checked, Style::Plain);
+    let table = text(&checked, &[], Style::Plain);
     assert!(table.contains("FAIL") && table.contains("+20.00 (+20.00 %)"), "{table}");
-    let json: serde_json::Value = serde_json::from_str(&json_text(&checked)).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&json_text(&checked, None)).expect("JSON");
     assert_eq!(json["passed"], false);
     assert_eq!(json["hard_failures"], 2);
     assert_eq!(json["rows"][1]["change_percent"], 20.0);

@@ -2,6 +2,7 @@
 
 use super::alpha::{AlphaCosts, AlphaFile};
 use super::gpu::Gpu;
+use super::intersection_costs::{RayIntersectionFile, ray_intersection};
 use super::level_costs::{TwoLevelCosts, TwoLevelFile};
 use super::reflections::{ReflectionCosts, ReflectionsFile, reflection_estimates, reflections};
 use super::sourced::{File, Tag};
@@ -227,18 +228,6 @@ struct RayQueryFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RayIntersectionFile {
-    registers: TaggedRegistersFile,
-    start: TaggedCostFile,
-    node: TaggedCostFile,
-    restart: TaggedCostFile,
-    push: TaggedCostFile,
-    pop: TaggedCostFile,
-    primitive: TaggedCostFile,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct TraversalFile {
     registers: RegistersFile,
     start: CostFile,
@@ -306,7 +295,7 @@ impl ShaderCosts {
         let ray_intersection = raw
             .ray_intersection
             .as_ref()
-            .map(|raw| read_ray_intersection(&file, raw, &mut ray_intersection_estimates))
+            .map(|raw| ray_intersection(&file, raw, &mut ray_intersection_estimates))
             .transpose()?;
         Ok(Self {
             ray_intersection,
@@ -546,36 +535,6 @@ pub(super) fn read_registers(
         return Err(file.refuse(&key, &value.span(), problem, "correct the value"));
     }
     Ok(registers)
-}
-
-fn read_ray_intersection(
-    file: &File<'_>,
-    raw: &RayIntersectionFile,
-    estimates: &mut Vec<String>,
-) -> Result<TraversalCosts, Error> {
-    let RayIntersectionFile { registers, start, node, restart, push, pop, primitive } = raw;
-    let mut read = |field: &str, tag: Tag| {
-        let key = format!("ray-intersection.{field}");
-        if tag == Tag::Estimate {
-            estimates.push(key.clone());
-        }
-        key
-    };
-    let registers = {
-        read("registers", registers.tag);
-        read_registers(file, "ray-intersection", &registers.value, &registers.source)?
-    };
-    let mut cost = |field: &str, cost: &TaggedCostFile| cost.read(file, &read(field, cost.tag));
-    Ok(TraversalCosts {
-        registers,
-        start: cost("start", start)?,
-        node: cost("node", node)?,
-        up: Cost::default(),
-        restart: cost("restart", restart)?,
-        push: cost("push", push)?,
-        pop: cost("pop", pop)?,
-        primitive: cost("primitive", primitive)?,
-    })
 }
 
 fn read_traversal(file: &File<'_>, name: &str, raw: &TraversalFile) -> Result<TraversalCosts, Error> {

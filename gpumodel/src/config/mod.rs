@@ -8,6 +8,7 @@ mod gpu;
 mod gpu_checks;
 mod gpu_file;
 mod gpu_presets;
+mod intersection_costs;
 mod level_costs;
 mod operating_points;
 mod ray_pipeline;

@@ -12,11 +12,11 @@ use super::{ReflectionFrame, ReplayedReflections, Shadows, Technique, size};
 use crate::config::{Atomics, HitShading, Launch, ReflectionRegisters, ScreenSpace};
 use crate::counters::{FrameCounters, Pass};
 use crate::dispatch::{Benches, Running, resident_warps};
-use crate::engine::{Engine, Finished};
+use crate::engine::Engine;
 use crate::error::Error;
 use crate::interleave::KindPaths;
 use crate::lanes::Lanes;
-use crate::layout::{Buffers, Places};
+use crate::layout::{BufferBytes, Buffers, Places};
 use crate::ordering::{AtomicTally, Bucket, BucketSort, Sorted, bucket_of};
 use crate::prepared::{caches, registers};
 use crate::replay::{Maps, ReplayConfig, Replayed};
@@ -369,18 +369,9 @@ impl<'a, 'f> Replay<'a, 'f> {
     }
 
     fn finish(&self, tracing: Tracing<'_>, lists: &Lists, running: Running) -> Replayed {
-        let Tracing { program, .. } = tracing;
-        let Running { engine, mut counters, resident_warps, .. } = running;
-        let Finished { traffic, flush, schedule, phases, timed } = engine.finish();
-        for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
-            pass.traffic = traffic;
-        }
-        counters.flush = flush;
-        counters.schedule = schedule;
-        let Buffers { structure_bytes, sizes: mut buffers, .. } = program.buffers;
-        buffers.image = lists.image_bytes;
-        buffers.record = lists.record_bytes;
-        Replayed { counters, maps: None, structure_bytes, buffers, resident_warps, phases, timed }
+        let Buffers { structure_bytes, sizes, .. } = tracing.program.buffers;
+        let buffers = BufferBytes { image: lists.image_bytes, record: lists.record_bytes, ..sizes };
+        running.finish(structure_bytes, buffers)
     }
 }
 

@@ -4,15 +4,15 @@ use super::Kernels;
 use super::buffers::Buffers;
 use crate::config::Cost;
 use crate::counters::{FrameCounters, Pass};
-use crate::dispatch::{Benches, Running, resident_warps};
-use crate::engine::{Engine, Finished};
+use crate::dispatch::{Bench, Benches, Running, resident_warps};
+use crate::engine::Engine;
 use crate::error::Error;
-use crate::layout::{BufferKind, Buffers as SceneBuffers, Places};
+use crate::layout::{BufferBytes, BufferKind, Buffers as SceneBuffers, Places};
 use crate::prepared::{caches, registers};
-use crate::replay::{Maps, Replayed};
+use crate::replay::{Maps, Replayed, refuse};
 use crate::schedule::LaneMap;
-use crate::warp::{Emitter, Program, Walk};
-use tracer::TileSource;
+use crate::warp::{Emitter, Program, TileStreams, Walk, WarpSteps};
+use tracer::{TileRect, TileSource};
 
 /// What a load or store of a lane takes at most.
 const LOAD_BYTES: u64 = 16;
@@ -21,8 +21,8 @@ const LOAD_BYTES: u64 = 16;
 pub(super) struct Eye<'a, S> {
     pub(super) source: &'a S,
     pub(super) program: Program,
-    pub(super) walk: Walk,
-    pub(super) lane_map: LaneMap,
+    walk: Walk,
+    lane_map: LaneMap,
     pub(super) buffers: Buffers,
     pub(super) benches: Benches,
     /// That a core holds, of the shader that traces.
@@ -100,19 +100,32 @@ impl<'a, S: TileSource> Eye<'a, S> {
         Pass::ALL.into_iter().filter(|pass| pass.traces() || *pass == Pass::Output).collect()
     }
 
+    /// The warps of a tile, each of which `take` emits.
+    ///
+    /// # Errors
+    /// When the tile cannot be read or contradicts itself.
+    pub(super) fn tile(
+        &self,
+        Bench { tile, stepper, emitter }: &mut Bench,
+        index: u32,
+        mut take: impl FnMut(&mut Emitter, &WarpSteps, TileRect) -> Result<(), String>,
+    ) -> Result<TileStreams, Error> {
+        let header = self.source.header();
+        self.source.tile(index, tile)?;
+        let rect = header.frame.tile(index);
+        let wanted = self.program.wanted();
+        let tally = stepper
+            .run(header, (&self.walk, &wanted), &self.lane_map, (tile, rect), |warp| {
+                take(emitter, warp, rect)
+            })
+            .map_err(|problem| refuse(header, problem))?;
+        Ok(emitter.take(&self.program, &tally, None))
+    }
+
     /// What was counted, with dirty lines written back.
-    pub(super) fn finish(self, running: Running) -> Replayed {
-        let Self { source, program, buffers, .. } = self;
-        let Running { engine, mut counters, resident_warps } = running;
-        let Finished { traffic, flush, schedule, phases, timed } = engine.finish();
-        for (pass, traffic) in counters.passes.iter_mut().zip(traffic) {
-            pass.traffic = traffic;
-        }
-        counters.flush = flush;
-        counters.schedule = schedule;
-        counters.stalls = source.stalls();
-        let SceneBuffers { structure_bytes, sizes: mut of_all, .. } = program.buffers;
-        of_all.record = buffers.bytes;
-        Replayed { counters, maps: None, structure_bytes, buffers: of_all, resident_warps, phases, timed }
+    pub(super) fn finish(self, mut running: Running) -> Replayed {
+        running.counters.stalls = self.source.stalls();
+        let SceneBuffers { structure_bytes, sizes, .. } = self.program.buffers;
+        running.finish(structure_bytes, BufferBytes { record: self.buffers.bytes, ..sizes })
     }
 }

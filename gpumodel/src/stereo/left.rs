@@ -8,9 +8,9 @@ use crate::counters::Pass;
 use crate::dispatch::{Bench, Running};
 use crate::error::Error;
 use crate::lanes::Lanes;
-use crate::replay::{Replayed, refuse};
+use crate::replay::Replayed;
 use crate::schedule::HELPER;
-use crate::warp::{Emitter, TileStreams, WarpSteps};
+use crate::warp::{Emitter, TileStreams};
 use tracer::{TILE_RAYS, TileRect, TileSource};
 
 pub(super) fn replay<S: TileSource>(
@@ -49,24 +49,15 @@ fn traced<S: TileSource>(
     bench: &mut Bench,
     index: u32,
 ) -> Result<TileStreams, Error> {
-    let Bench { tile, stepper, emitter } = bench;
-    let header = eye.source.header();
-    eye.source.tile(index, tile)?;
-    let rect = header.frame.tile(index);
     let [width, _] = kernels.known.size();
-    let take = |warp: &WarpSteps| {
+    eye.tile(bench, index, |emitter, warp, TileRect { x, y, width: across, .. }| {
         emitter.trace_rays(&eye.program, warp)?;
-        let TileRect { x, y, width: across, .. } = rect;
         let inside = warp.rays.iter().copied().filter(|&ray| ray != HELPER);
         let pixels = inside.map(|ray| (y + ray / across) * width + x + ray % across);
         keep_gbuffer(eye, kernels, emitter, &pixels);
         emitter.end_warp(&eye.program);
         Ok(())
-    };
-    let tally = stepper
-        .run(header, (&eye.walk, &eye.program.wanted()), &eye.lane_map, (tile, rect), take)
-        .map_err(|problem| refuse(header, problem))?;
-    Ok(emitter.take(&eye.program, &tally, None))
+    })
 }
 
 fn keep_gbuffer<S: TileSource>(

@@ -6,10 +6,10 @@ use super::{Kernels, PixelOrder, error_detection};
 use crate::counters::Pass;
 use crate::dispatch::{Bench, Running};
 use crate::error::Error;
-use crate::replay::{Replayed, refuse};
+use crate::replay::Replayed;
 use crate::schedule::HELPER;
-use crate::warp::{Emitter, TileStreams, WarpSteps};
-use tracer::{TILE_RAYS, TileSource};
+use crate::warp::{Emitter, TileStreams};
+use tracer::TileSource;
 
 const PASS: Pass = Pass::Output;
 
@@ -36,22 +36,13 @@ fn executed<S: TileSource>(
     bench: &mut Bench,
     index: u32,
 ) -> Result<TileStreams, Error> {
-    let Bench { tile, stepper, emitter } = bench;
-    let header = eye.source.header();
-    eye.source.tile(index, tile)?;
-    let rect = header.frame.tile(index);
-    let first = index * TILE_RAYS;
-    let take = |warp: &WarpSteps| {
-        let places = warp.rays.iter().copied().filter(|&ray| ray != HELPER).map(|ray| first + ray);
+    eye.tile(bench, index, |emitter, warp, rect| {
+        let places = warp.rays.iter().copied().filter(|&ray| ray != HELPER).map(|ray| rect.x + ray);
         take_pixels(eye, kernels, order, emitter, &places);
         emitter.trace_rays(&eye.program, warp)?;
         emitter.end_warp(&eye.program);
         Ok(())
-    };
-    let tally = stepper
-        .run(header, (&eye.walk, &eye.program.wanted()), &eye.lane_map, (tile, rect), take)
-        .map_err(|problem| refuse(header, problem))?;
-    Ok(emitter.take(&eye.program, &tally, None))
+    })
 }
 
 /// A warp takes its pixels from the lists, and shades those that are answered.
