@@ -122,7 +122,6 @@ fn what_cannot_be_checked_is_an_error_and_not_a_failure() {
     );
     refused(&good, &["no.json"], &["no.json: cannot open"]);
     refused(&good, &[&report, "--size", "8x8"], &["takes no options"]);
-    refused(&good, &[&report, "--baseline", "no.json"], &["no.json: cannot open"]);
     let foreign = dir.path().join("foreign.json");
     std::fs::write(&foreign, "{\"schema\": 1}").expect("a file in a temporary folder");
     refused(&good, &[foreign.to_str().expect("UTF-8")], &["foreign.json", "not a report"]);
