@@ -151,11 +151,16 @@ fn every_technique_runs_through_every_traversal_in_its_own_passes() {
                 assert_eq!(report["inputs"]["technique"], technique);
                 report
             };
-            let expected: [(&str, &[&str]); 4] = [
+            // One of two eyes, traced as any other image.
+            let of_an_eye: &[&str] = &["primary rays", "shadow rays", "output"];
+            let expected: [(&str, &[&str]); 7] = [
                 ("fragment", &["primary rays", "shadow rays", "output"]),
                 ("compute", &["primary rays", "shadow rays", "output", "present"]),
                 ("hybrid", &["geometry", "shadow rays", "output"]),
                 ("hybrid-resolved", &["geometry", "shadow rays", "output"]),
+                ("stereo", of_an_eye),
+                ("stereo-in-place", of_an_eye),
+                ("stereo-memory", of_an_eye),
             ];
             assert_eq!(expected.map(|(name, _)| name).to_vec(), techniques(false));
             let reports = expected.map(|(technique, expected)| {
@@ -163,13 +168,16 @@ fn every_technique_runs_through_every_traversal_in_its_own_passes() {
                 assert_eq!(passes(&report), expected, "{scene}, {traversal:?}, {technique}");
                 report
             });
-            let [fragment, compute, hybrid, resolved] = &reports;
+            let [fragment, compute, hybrid, resolved, eyes @ ..] = &reports;
             let place = format!("{scene}, {traversal:?}");
             let shadow_rays = of_pass(fragment, "shadow rays", "rays");
             assert!(shadow_rays > 0.0);
             assert_eq!(of_pass(fragment, "primary rays", "rays"), 40.0 * 24.0, "{place}");
             assert_eq!(compute["counters"]["rays"], fragment["counters"]["rays"], "{place}");
             assert!(of_pass(compute, "present", "frame_time_ms") > 0.0, "{place}");
+            for eye in eyes {
+                assert_eq!(eye["counters"]["rays"], fragment["counters"]["rays"], "{place}");
+            }
             for report in [hybrid, resolved] {
                 assert_eq!(report["counters"]["rays"]["value"].as_f64(), Some(shadow_rays), "{place}");
                 assert!(of_pass(report, "geometry", "frame_time_ms") > 0.0, "{place}");
