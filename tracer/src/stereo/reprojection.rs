@@ -16,6 +16,13 @@ pub struct Reprojection {
     shifts: RangeInclusive<i32>,
 }
 
+/// What becomes of a row.
+struct Row {
+    sources: Vec<Source>,
+    columns: Vec<f32>,
+    shifts: (i32, i32),
+}
+
 /// Of no pixel that lands in the image.
 const NO_SHIFTS: (i32, i32) = (i32::MAX, i32::MIN);
 
@@ -37,17 +44,16 @@ impl Reprojection {
             };
             let samples: Vec<Sample> = (0..width).map(sample).collect();
             let columns: Vec<f32> = samples.iter().map(|sample| sample.x as f32).collect();
-            (sources(&samples), columns, shifts(&samples))
+            Row { sources: sources(&samples), columns, shifts: shifts(&samples) }
         };
-        let rows: Vec<(Vec<Source>, Vec<f32>, (i32, i32))> =
-            (0..height).into_par_iter().map(of_row).collect();
-        let (low, high) =
-            rows.iter().fold(NO_SHIFTS, |(low, high), (.., shifts)| (low.min(shifts.0), high.max(shifts.1)));
+        let rows: Vec<Row> = (0..height).into_par_iter().map(of_row).collect();
         let mut sources = Vec::with_capacity(width as usize * height as usize);
         let mut columns = Vec::with_capacity(sources.capacity());
-        for (of_row, of_samples, _) in rows {
-            sources.extend(of_row);
-            columns.extend(of_samples);
+        let (mut low, mut high) = NO_SHIFTS;
+        for row in rows {
+            sources.extend(row.sources);
+            columns.extend(row.columns);
+            (low, high) = (low.min(row.shifts.0), high.max(row.shifts.1));
         }
         Self { width, sources, columns, shifts: low..=high }
     }
