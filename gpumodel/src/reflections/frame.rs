@@ -121,7 +121,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         running.counters.materials = shaders(self.frame);
         running.counters.stalls = tracing.rays.stalls();
         let (maps, heat) = painter.map(MapPainter::finish).unzip();
-        let replayed = Replayed { maps: heat, ..self.finish(tracing, &lists, running) };
+        let replayed = Replayed { maps: heat, ..Self::finish(&tracing, &lists, running) };
         Ok(ReplayedReflections { replayed, header, maps })
     }
 
@@ -368,7 +368,7 @@ impl<'a, 'f> Replay<'a, 'f> {
         AtomicTally { instructions: warps, counters: warps, atomics: buckets, joined: buckets }
     }
 
-    fn finish(&self, tracing: Tracing<'_>, lists: &Lists, running: Running) -> Replayed {
+    fn finish(tracing: &Tracing<'_>, lists: &Lists, running: Running) -> Replayed {
         let Buffers { structure_bytes, sizes, .. } = tracing.program.buffers;
         let buffers = BufferBytes { image: lists.image_bytes, record: lists.record_bytes, ..sizes };
         running.finish(structure_bytes, buffers)

@@ -56,7 +56,7 @@ pub fn why(checked: &Checked, report: &Report, baseline: Option<&Baseline>) -> V
             Some(report) => parts(report, counter, pass.as_deref()),
             None => passes(baseline, counter, pass.as_deref()),
         });
-        let causes = causes(parts(report, counter, pass.as_deref()), before);
+        let causes = causes(parts(report, counter, pass.as_deref()), before.as_deref());
         reasons.push(Why { counter: counter.clone(), pass: pass.clone(), unit: row.unit.clone(), causes });
     }
     reasons
@@ -105,17 +105,17 @@ fn passes(baseline: &Baseline, counter: &str, pass: Option<&str>) -> Vec<(Part, 
 }
 
 /// The parts that matter most, with those of the baseline: what only one of both has is 0 in the other, if that has parts of this kind.
-fn causes(now: Vec<(Part, f64)>, before: Option<Vec<(Part, f64)>>) -> Vec<Cause> {
+fn causes(now: Vec<(Part, f64)>, before: Option<&[(Part, f64)]>) -> Vec<Cause> {
     let known = |part: &Part, among: &[(Part, f64)]| {
         among.iter().find(|(other, _)| other == part).map(|(_, value)| *value)
     };
-    let gone = before.iter().flatten().filter(|(part, _)| known(part, &now).is_none());
+    let gone = before.into_iter().flatten().filter(|(part, _)| known(part, &now).is_none());
     let gone: Vec<(Part, f64)> = gone.map(|(part, _)| (part.clone(), 0.0)).collect();
     let mut causes: Vec<Cause> = now
         .into_iter()
         .chain(gone)
         .map(|((by, part), value)| {
-            let kind = before.as_ref().filter(|before| before.iter().any(|((other, _), _)| *other == by));
+            let kind = before.filter(|before| before.iter().any(|((other, _), _)| *other == by));
             let baseline = kind.map(|before| known(&(by, part.clone()), before).unwrap_or(0.0));
             Cause { by, part, value, baseline }
         })
