@@ -6,12 +6,14 @@ mod check;
 mod machine;
 mod pictures;
 mod reflections;
+mod sweep;
 mod thermal;
 
 pub(crate) use check::{CheckArgs, CheckFormat};
 pub(crate) use machine::MachineArgs;
 pub(crate) use pictures::{EyesArgs, RenderArgs, StereoArgs};
 pub(crate) use reflections::ReflectionArgs;
+pub(crate) use sweep::SweepArgs;
 pub(crate) use thermal::{SustainedArgs, ThermalArgs};
 
 use clap::builder::PossibleValuesParser;
@@ -53,6 +55,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Report what a recorded frame would cost with other layouts, techniques or GPUs, the best change first.
     Whatif(WhatifArgs),
+    /// Report what many frames cost: a grid or a list of options from a file, with the best of them and what each option does.
+    Sweep(SweepArgs),
     /// Hold a frame's counters against the limits of a budget file; exit 1 if a hard one is broken.
     Check(CheckArgs),
     /// Hold the model against what others have stated or measured.

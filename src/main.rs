@@ -9,6 +9,7 @@ mod figures;
 mod frame;
 mod machine;
 mod meter;
+mod options;
 mod output;
 mod pictures;
 mod progress;
@@ -20,6 +21,7 @@ mod secondary;
 mod settings;
 mod shading;
 mod sustained;
+mod sweep;
 mod two_eyes;
 mod two_level;
 mod vary;
@@ -63,6 +65,7 @@ fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Some(Command::Cache(args)) => commands::cache::run(&args, &meter),
         Some(Command::Compare(args)) => commands::compare::run(&args, &meter),
         Some(Command::Whatif(args)) => commands::whatif::run(&args, &meter),
+        Some(Command::Sweep(args)) => commands::sweep::run(&args, &meter),
         Some(Command::Verify(args)) => commands::verify::run(&args, &meter),
         Some(Command::List(args)) => commands::list::run(&args),
         Some(Command::Completions { shell }) => commands::shell::completions(shell),

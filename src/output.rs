@@ -9,6 +9,9 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
+/// How names of unfinished files begin.
+pub(crate) const TEMPORARY: &str = ".raybudget-";
+
 /// A file in the making.
 pub(crate) struct OutputFile {
     path: PathBuf,
@@ -102,7 +105,7 @@ fn temporary_beside(path: &Path) -> anyhow::Result<NamedTempFile> {
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".raybudget-");
+    builder.prefix(TEMPORARY);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

@@ -12,6 +12,7 @@ mod sampling;
 pub(crate) mod shell;
 mod stability;
 pub(crate) mod stereo;
+pub(crate) mod sweep;
 mod thermal;
 pub(crate) mod trace;
 pub(crate) mod verify;

@@ -19,6 +19,7 @@ mod stability;
 mod stereo;
 mod support;
 mod sustained;
+mod sweep;
 mod timed;
 mod two_level;
 mod vendor;

@@ -7,16 +7,16 @@
 
 mod axis;
 mod bars;
+mod log_log;
 mod matrix;
 mod palette;
 mod time_series;
-mod work_precision;
 
 pub use bars::{BarChart, Scale, Series};
+pub use log_log::{LogLogChart, LogLogSeries};
 pub use matrix::MatrixChart;
 pub(crate) use palette::{BLUE, MOST as MOST_SERIES, SKY_BLUE, VERMILION, YELLOW, colour as series_colour};
 pub use time_series::{TimePanel, TimeSeries, TimeSeriesChart};
-pub use work_precision::{PrecisionSeries, WorkPrecisionChart};
 
 use crate::error::Error;
 use crate::picture::Sheet;

@@ -1,6 +1,6 @@
 //! Figures over time: panels of lines above each other that share the axis of time.
 
-use super::work_precision::paint_line;
+use super::log_log::paint_line;
 use super::{png, refuse};
 use crate::error::Error;
 use crate::picture::{Across, Down, GRID, INK, Label, MARGIN, Sheet, TEXT, legend, lettering, ticks};

@@ -3,29 +3,13 @@
 
 use super::Comparison;
 use super::figures::{BOUND, COLUMNS};
+use crate::columns::{Column, GAP, write_rows};
 use crate::text::{LINE_WIDTH, Style, sentences};
-
-/// Space between columns.
-const GAP: usize = 2;
-
-/// Cells of one width, headings first.
-struct Column {
-    width: usize,
-    cells: Vec<String>,
-}
-
-impl Column {
-    fn new(cells: Vec<String>, left: bool) -> Self {
-        let width = cells.iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
-        let pad = |cell: String| if left { format!("{cell:<width$}") } else { format!("{cell:>width$}") };
-        Self { width, cells: cells.into_iter().map(pad).collect() }
-    }
-}
 
 /// The whole comparison as text with a final line feed.
 pub fn write(comparison: &Comparison, style: Style) -> String {
     let named = |name: &str, cells: &mut dyn Iterator<Item = String>| {
-        Column::new([name.to_owned(), String::new()].into_iter().chain(cells).collect(), true)
+        Column::words([name.to_owned(), String::new()].into_iter().chain(cells).collect())
     };
     let variants = &comparison.variants;
     let axis = |(axis, name): (usize, &String)| {
@@ -53,14 +37,7 @@ pub fn write(comparison: &Comparison, style: Style) -> String {
     let mut out = format!("{}\n", style.bold(&comparison.title));
     for table in &tables {
         out.push('\n');
-        for row in 0..variants.len() + 2 {
-            let cells: Vec<&str> =
-                axes.iter().chain(table).map(|column| column.cells[row].as_str()).collect();
-            let line = cells.join(&" ".repeat(GAP));
-            let line = line.trim_end();
-            out += &if row < 2 && !line.is_empty() { style.bold(line) } else { line.to_owned() };
-            out.push('\n');
-        }
+        write_rows(&mut out, &axes.iter().chain(table).collect::<Vec<_>>(), 2, style);
     }
     sentences(&mut out, "Absent", &comparison.absences(), style);
     out
@@ -76,5 +53,5 @@ fn figure_column(comparison: &Comparison, id: &str, heading: &str) -> Option<Col
         _ => format!("{figure:>0$} {difference:>1$}", widths[0], widths[1]),
     };
     let heads = [heading.to_owned(), figures.unit.to_owned()];
-    Some(Column::new(heads.into_iter().chain(figures.rows.iter().map(cell)).collect(), false))
+    Some(Column::figures(heads.into_iter().chain(figures.rows.iter().map(cell)).collect()))
 }

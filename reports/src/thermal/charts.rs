@@ -1,12 +1,12 @@
 //! Errors of the integrators as charts.
 
-use crate::chart::{PrecisionSeries, WorkPrecisionChart};
+use crate::chart::{LogLogChart, LogLogSeries};
 use stability::{Thermal, WorkPoint};
 use thermal::{Method, Steps};
 
 /// The charts, with the names of their files: error against run time at tolerances, and error against the length of fixed steps.
-pub fn charts(thermal: &Thermal) -> [(&'static str, WorkPrecisionChart); 2] {
-    let chart = |title: &str, x_label: &str, place: fn(&WorkPoint) -> Option<f64>| WorkPrecisionChart {
+pub fn charts(thermal: &Thermal) -> [(&'static str, LogLogChart); 2] {
+    let chart = |title: &str, x_label: &str, place: fn(&WorkPoint) -> Option<f64>| LogLogChart {
         title: title.to_owned(),
         subtitle: thermal.problem.clone(),
         x_label: x_label.to_owned(),
@@ -37,11 +37,12 @@ pub fn charts(thermal: &Thermal) -> [(&'static str, WorkPrecisionChart); 2] {
     ]
 }
 
-fn series(thermal: &Thermal, method: Method, place: fn(&WorkPoint) -> Option<f64>) -> PrecisionSeries {
+fn series(thermal: &Thermal, method: Method, place: fn(&WorkPoint) -> Option<f64>) -> LogLogSeries {
     let of_method = thermal.points.iter().filter(|point| point.method == method);
-    PrecisionSeries {
+    LogLogSeries {
         name: method.name().to_owned(),
         points: of_method.filter_map(|point| Some((place(point)?, point.error?))).collect(),
         exact_at: None,
+        joined: true,
     }
 }

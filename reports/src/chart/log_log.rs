@@ -1,4 +1,4 @@
-//! Points joined by lines, on two logarithmic axes.
+//! Points on two logarithmic axes, joined by lines or not.
 
 use super::{palette, png, refuse};
 use crate::error::Error;
@@ -7,9 +7,9 @@ use crate::picture::{
 };
 use crate::units;
 
-/// Errors against run time, both on logarithmic axes.
+/// Points on two logarithmic axes: errors against run time, one objective against another.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WorkPrecisionChart {
+pub struct LogLogChart {
     /// What is shown.
     pub title: String,
     /// Of what.
@@ -19,23 +19,25 @@ pub struct WorkPrecisionChart {
     /// Name and unit of what grows upwards, such as "error, 95th percentile, %".
     pub y_label: String,
     /// The series, such as methods; at most 8.
-    pub series: Vec<PrecisionSeries>,
+    pub series: Vec<LogLogSeries>,
     /// A horizontal line across the chart with its label, such as a limit.
     pub limit: Option<(f64, String)>,
 }
 
 /// Points of one colour and shape. What is not finite and above 0 has no place on the axes and is left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PrecisionSeries {
+pub struct LogLogSeries {
     /// Its name in the legend.
     pub name: String,
-    /// (x, y) in any order; a line joins them by rising x.
+    /// (x, y) in any order.
     pub points: Vec<(f64, f64)>,
+    /// Whether a line joins them, by rising x.
+    pub joined: bool,
     /// Where a dashed tick rises from the x axis, such as the run time of the exact answer.
     pub exact_at: Option<f64>,
 }
 
-impl PrecisionSeries {
+impl LogLogSeries {
     /// The points that have a place, by rising x.
     fn drawn(&self) -> Vec<(f64, f64)> {
         let all = self.points.iter().copied();
@@ -216,7 +218,7 @@ impl Plot {
     }
 }
 
-impl WorkPrecisionChart {
+impl LogLogChart {
     /// The chart as SVG.
     ///
     /// # Errors
@@ -238,8 +240,8 @@ impl WorkPrecisionChart {
             let problem = format!("{} series, expected at most {MOST_SERIES}", self.series.len());
             return Err(refuse(&self.title, problem, "draw a chart for some of them each"));
         }
-        let drawn: Vec<Vec<(f64, f64)>> = self.series.iter().map(PrecisionSeries::drawn).collect();
-        let exact: Vec<Option<f64>> = self.series.iter().map(PrecisionSeries::exact).collect();
+        let drawn: Vec<Vec<(f64, f64)>> = self.series.iter().map(LogLogSeries::drawn).collect();
+        let exact: Vec<Option<f64>> = self.series.iter().map(LogLogSeries::exact).collect();
         let limit = self.limit.as_ref().filter(|(limit, _)| has_place(*limit));
         let points = || drawn.iter().flatten();
         let x = Axis::new(points().map(|point| point.0).chain(exact.iter().copied().flatten()));
@@ -271,7 +273,8 @@ impl WorkPrecisionChart {
             paint_dashes(&mut sheet, foot, EXACT_TICK, palette::colour(series).0);
             paint_marker(&mut sheet, foot, series);
         }
-        for (series, points) in drawn.iter().enumerate() {
+        let joined = |series: &usize| self.series[*series].joined;
+        for (series, points) in drawn.iter().enumerate().filter(|(series, _)| joined(series)) {
             for pair in points.windows(2) {
                 paint_line(&mut sheet, [plot.at(pair[0]), plot.at(pair[1])], series);
             }
@@ -297,8 +300,8 @@ impl WorkPrecisionChart {
 }
 
 /// The legend: a line with its marker for each series, and what a dashed tick means where there is one.
-fn paint_legend(sheet: &mut Sheet, series: &[PrecisionSeries], drawn: &[Vec<(f64, f64)>], exact: bool) {
-    let named = series.iter().zip(drawn).map(|(PrecisionSeries { name, .. }, points)| {
+fn paint_legend(sheet: &mut Sheet, series: &[LogLogSeries], drawn: &[Vec<(f64, f64)>], exact: bool) {
+    let named = series.iter().zip(drawn).map(|(LogLogSeries { name, .. }, points)| {
         if points.is_empty() { format!("{name} ({NO_POINTS})") } else { name.clone() }
     });
     let mut names: Vec<String> = named.collect();
@@ -307,7 +310,9 @@ fn paint_legend(sheet: &mut Sheet, series: &[PrecisionSeries], drawn: &[Vec<(f64
     }
     legend::paint(sheet, names.iter().map(String::as_str), SAMPLE, |sheet, (x, y), entry| {
         if entry < series.len() {
-            paint_line(sheet, [(x, y), (x + SAMPLE, y)], entry);
+            if series[entry].joined {
+                paint_line(sheet, [(x, y), (x + SAMPLE, y)], entry);
+            }
             paint_marker(sheet, (x + SAMPLE / 2, y), entry);
         } else {
             paint_dashes(sheet, (x + SAMPLE / 2, y + DASH * 3 / 2), DASH * 3, INK);
@@ -350,14 +355,15 @@ mod tests {
     use crate::picture::Mark;
     use crate::picture::tests::{Edges, assert_legible, edges, labels, meet};
 
-    fn chart(series: &[&[(f64, f64)]]) -> WorkPrecisionChart {
+    fn chart(series: &[&[(f64, f64)]]) -> LogLogChart {
         let names = ["tiles", "a sampled rung with replicates and a long name", "<&\"'>"];
-        let series = series.iter().enumerate().map(|(index, points)| PrecisionSeries {
+        let series = series.iter().enumerate().map(|(index, points)| LogLogSeries {
             name: format!("{} {index}", names[index % 3]),
             points: points.to_vec(),
+            joined: index % 2 == 0,
             exact_at: points.first().map(|point| 40.0 * point.0),
         });
-        WorkPrecisionChart {
+        LogLogChart {
             title: "Error against run time".into(),
             subtitle: "all scenes on adreno-540".into(),
             x_label: "processor time, seconds".into(),
@@ -368,7 +374,7 @@ mod tests {
     }
 
     /// The labels are legible, and none lies on a point, a line or a sample of the legend.
-    fn assert_clear(chart: &WorkPrecisionChart) {
+    fn assert_clear(chart: &LogLogChart) {
         let sheet = chart.sheet().expect("a chart");
         assert_legible(&sheet);
         let around = |places: &[(i32, i32)]| {
@@ -389,7 +395,7 @@ mod tests {
         }
     }
 
-    fn texts(chart: &WorkPrecisionChart) -> Vec<String> {
+    fn texts(chart: &LogLogChart) -> Vec<String> {
         labels(&chart.sheet().expect("a chart")).iter().map(|label| label.text.clone()).collect()
     }
 
