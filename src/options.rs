@@ -7,12 +7,11 @@
 use crate::args::{DEFAULT_SCENE, FrameArgs, MachineArgs};
 use anyhow::{anyhow, bail};
 use clap::{CommandFactory, Parser};
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 use toml::{Spanned, Value};
 
 /// A table of options as it is read.
-pub(crate) type RawOptions = BTreeMap<Spanned<String>, Value>;
+pub(crate) use reports::budget::RawOptions;
 
 /// Options and their values, in the order in which they were first set.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -132,7 +131,10 @@ fn check(key: &str) -> anyhow::Result<()> {
     if key.contains('.') || NAMES.iter().any(|name| name == key) {
         return Ok(());
     }
-    bail!("{key}: no such option; use one of: {}; or a figure of the GPU such as cache.uche.size", NAMES.join(", "))
+    bail!(
+        "{key}: no such option; use one of: {}; or a figure of the GPU such as cache.uche.size",
+        NAMES.join(", ")
+    )
 }
 
 #[cfg(test)]

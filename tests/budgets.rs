@@ -94,8 +94,8 @@ fn the_results_can_be_had_as_json_and_csv() {
     let (report, fetches) = report(dir.path(), "r.json", "16x16");
     let run = |format| check(dir.path(), &limit("hard = { max = 1 }"), &[&report, "--format", format]);
     let json: serde_json::Value = serde_json::from_str(&run("json").stdout).expect("JSON");
-    assert_eq!((&json["passed"], &json["rows"][0]["value"]), (&false.into(), &fetches.into()));
-    assert!(run("csv").stdout.contains("fail,hard,node_fetches,,max 1,"));
+    assert_eq!((&json["passed"], &json["frames"][0]["rows"][0]["value"]), (&false.into(), &fetches.into()));
+    assert!(run("csv").stdout.contains("cornell,,fail,hard,node_fetches,,max 1,"));
     assert_eq!(run("csv").code, Some(1));
 }
 
@@ -165,7 +165,7 @@ fn a_broken_limit_says_which_parts_of_the_counter_changed() {
         let ran = check(dir.path(), &budget(counter, rule), &args);
         assert_eq!(ran.code, Some(1), "{}", ran.stderr);
         let json: serde_json::Value = serde_json::from_str(&ran.stdout).expect("JSON");
-        json["why"].as_array().expect("reasons").clone()
+        json["frames"][0]["why"].as_array().expect("reasons").clone()
     };
     let against = ["--baseline", old.as_str()];
     let sum = |reasons: &[serde_json::Value], by: &str, figure: &str| -> f64 {
@@ -260,7 +260,8 @@ fn accepted_figures_are_a_baseline_that_can_be_reviewed() {
     assert_eq!(check(dir.path(), &compared, &[&old, "--accept", path]).code, Some(0));
     let text = std::fs::read_to_string(&accepted).expect("a text");
     assert!(
-        text.contains(&format!("node_fetches = {before}\n")) && text.contains("[passes.\"primary rays\"]"),
+        text.contains(&format!("node_fetches = {before}\n"))
+            && text.contains("[cornell.passes.\"primary rays\"]"),
         "{text}"
     );
     assert!(text.len() < 2500 && !text.contains("dram_read_bytes"), "{} bytes: {text}", text.len());

@@ -1,5 +1,6 @@
 //! Are limits kept at their value and broken just beyond it, and are wrong budgets refused with their place?
 
+use reports::Error;
 use reports::budget::{Baseline, Budget, Checked, Outcome, Severity, csv_text, json_text, text};
 use reports::{Report, json, text::Style};
 
@@ -32,10 +33,15 @@ fn whole(report: Report) -> Baseline {
     Baseline::Report(Box::new(report))
 }
 
+/// The budget held against one frame.
+fn check(budget: &Budget, report: &Report, baseline: Option<&Baseline>) -> Result<Checked, Error> {
+    budget.checked(vec![budget.check("s", report, baseline)?])
+}
+
 fn outcome(rules: &str, fetches: u64, baseline: Option<u64>) -> Outcome {
     let baseline = baseline.map(|fetches| whole(report(1.0, fetches)));
-    let checked = limit(rules).check(&report(1.0, fetches), baseline.as_ref()).expect("a check");
-    checked.rows[0].outcome
+    let checked = check(&limit(rules), &report(1.0, fetches), baseline.as_ref()).expect("a check");
+    checked.frames[0].rows[0].outcome
 }
 
 #[test]
@@ -72,9 +78,9 @@ fn any_growth_from_nothing_breaks_a_limit_in_percent() {
 #[test]
 fn a_change_without_a_baseline_is_not_compared_and_does_not_fail() {
     assert_eq!(outcome("max_increase = 0", 100, None), Outcome::NotCompared);
-    let checked = limit("max_increase = 0").check(&report(1.0, 1), None).expect("a check");
+    let checked = check(&limit("max_increase = 0"), &report(1.0, 1), None).expect("a check");
     assert_eq!(checked.failures(Severity::Hard), 0);
-    assert!(text(&checked, &[], Style::Plain).contains("1 not compared"));
+    assert!(text(&checked, Style::Plain).contains("1 not compared"));
 }
 
 #[test]
@@ -82,7 +88,7 @@ fn soft_and_hard_failures_are_counted_apart() {
     let budget = "[[limit]]\ncounter = \"frame_time_ms\"\nsoft = { max = 14.0 }\nhard = { max = 16.6 }\n";
     let budget = Budget::parse(budget, "b.toml").expect("a budget");
     let failures = |frame_time| {
-        let checked = budget.check(&report(frame_time, 1), None).expect("a check");
+        let checked = check(&budget, &report(frame_time, 1), None).expect("a check");
         [checked.failures(Severity::Soft), checked.failures(Severity::Hard)]
     };
     assert_eq!(failures(14.0), [0, 0]);
@@ -95,7 +101,7 @@ fn a_limit_can_be_set_for_a_pass() {
     let budget = |pass: &str| {
         let text =
             format!("[[limit]]\ncounter = \"node_fetches\"\npass = \"{pass}\"\nhard = {{ max = 1 }}\n");
-        Budget::parse(&text, "b.toml").expect("a budget").check(&report(1.0, 2), None)
+        check(&Budget::parse(&text, "b.toml").expect("a budget"), &report(1.0, 2), None)
     };
     assert_eq!(budget("primary rays").expect("a check").failures(Severity::Hard), 1);
     let error = budget("secondary").expect_err("no such pass").to_string();
@@ -107,7 +113,7 @@ fn energy_is_limited_as_any_counter_is() {
     for (max, broken) in [("2.5", 0), ("2.49", 1)] {
         let text = format!("[[limit]]\ncounter = \"energy_mj\"\nhard = {{ max = {max} }}\n");
         let budget = Budget::parse(&text, "b.toml").expect("a budget");
-        let checked = budget.check(&report(1.0, 1), None).expect("a check");
+        let checked = check(&budget, &report(1.0, 1), None).expect("a check");
         assert_eq!(checked.failures(Severity::Hard), broken, "{max}");
     }
 }
@@ -116,20 +122,20 @@ fn energy_is_limited_as_any_counter_is() {
 fn a_limit_on_an_absent_counter_is_an_error_with_the_reason() {
     let budget =
         Budget::parse("[[limit]]\ncounter = \"restarts\"\nhard = { max = 1 }\n", "b.toml").expect("a budget");
-    let error = budget.check(&report(1.0, 1), None).expect_err("no figure").to_string();
+    let error = check(&budget, &report(1.0, 1), None).expect_err("no figure").to_string();
     assert!(error.starts_with("b.toml:3: ") && error.contains("No trail"), "{error}");
 }
 
 #[test]
 fn a_baseline_of_other_inputs_is_called_stale() {
     let mut other = report(1.0, 1);
-    assert_eq!(
-        limit("max = 1").check(&report(1.0, 1), Some(&whole(other.clone()))).expect("a check").stale,
-        Vec::<String>::new()
-    );
+    let stale = |other: Report| {
+        check(&limit("max = 1"), &report(1.0, 1), Some(&whole(other))).expect("a check").stale()
+    };
+    assert_eq!(stale(other.clone()), Vec::<String>::new());
     other.inputs.gpu = "another".into();
     other.tool = "raybudget 0.0.9".into();
-    let stale = limit("max = 1").check(&report(1.0, 1), Some(&whole(other))).expect("a check").stale;
+    let stale = stale(other);
     assert_eq!(stale.len(), 2, "{stale:?}");
     assert!(stale[1].contains("inputs.gpu"), "{stale:?}");
 }
@@ -151,12 +157,70 @@ fn wrong_budgets_are_refused_with_file_line_and_remedy() {
         ("[[limit]]\ncounter = \"fps\"\nhard = { max_increase = true }\n", "b.toml:3: expected a number"),
         ("[[limit]]\nhard = { max = 1 }\n", "b.toml:1: missing field `counter`"),
         ("[[limit]\n", "b.toml:1: "),
+        (
+            "[[limit]]\ncounter = \"fps\"\nframe = \"x\"\nhard = { max = 1 }\n",
+            "b.toml:3: no frame is called 'x'",
+        ),
+        (
+            "[base]\nsize = \"8x8\"\n[[limit]]\ncounter = \"fps\"\nhard = { max = 1 }\n",
+            "b.toml:1: [base] without",
+        ),
+        (
+            "[[limit]]\ncounter = \"fps\"\nhard = { max = 1 }\n[[frame]]\nscene = \"x\"\n",
+            "b.toml:4: a frame without a name",
+        ),
+        (
+            "[[frame]]\nname = \"a\"\n[[frame]]\nname = \"a\"\n[[limit]]\ncounter = \"fps\"\nhard = { max = 1 }\n",
+            "b.toml:3: a second frame called 'a'",
+        ),
     ];
     for (text, expected) in cases {
         let error = Budget::parse(text, "b.toml").expect_err(text).to_string();
         assert!(error.starts_with(expected), "{text:?}: {error}");
         assert!(error.contains("; "), "no remedy: {error}");
     }
+}
+
+#[test]
+fn a_limit_is_for_the_frames_that_have_all_it_names() {
+    let selected = |keys: &str| {
+        let text = format!(
+            "[[limit]]\ncounter = \"fps\"\nhard = {{ min = 0 }}\n[[limit]]\ncounter = \"node_fetches\"\n{keys}\nhard = {{ max = 1 }}\n"
+        );
+        let text = text.replace("\"fps\"", "\"frame_time_ms\"");
+        let budget = Budget::parse(&text, "b.toml").expect("a budget");
+        check(&budget, &report(1.0, 2), None).expect("a check").frames[0].rows.len() == 2
+    };
+    assert!(
+        selected("")
+            && selected("scene = \"s\"")
+            && selected("scene = \"s\"\ngpu = \"g\"\ntechnique = \"fragment\"")
+    );
+    assert!(
+        !selected("scene = \"other\"")
+            && !selected("scene = \"s\"\ngpu = \"other\"")
+            && !selected("technique = \"f\"")
+    );
+}
+
+#[test]
+fn a_limit_that_is_for_no_frame_is_refused_where_all_are_or_the_budget_names_its_frames() {
+    let others = "[[limit]]\ncounter = \"node_fetches\"\nscene = \"other\"\nhard = { max = 1 }\n";
+    let refused = |text: &str, name: &str| {
+        let budget = Budget::parse(text, "b.toml").expect("a budget");
+        let frames = vec![budget.check(name, &report(1.0, 2), None).expect("a check")];
+        budget.checked(frames).map(drop).map_err(|error| error.to_string())
+    };
+    let error = refused(others, "s").expect_err("all are for others");
+    assert!(
+        error.starts_with(
+            "b.toml:4: the limit on node_fetches is for none of these frames: s (s on g, fragment)"
+        ),
+        "{error}"
+    );
+    let one = format!("{others}[[limit]]\ncounter = \"node_fetches\"\nhard = {{ max = 1 }}\n");
+    assert_eq!(refused(&one, "s"), Ok(()));
+    assert!(refused(&format!("[[frame]]\nname = \"first\"\n{one}"), "first").is_err());
 }
 
 #[test]
@@ -168,16 +232,15 @@ fn the_nearest_counter_is_suggested() {
 
 #[test]
 fn the_results_say_the_same_in_every_form() {
-    let checked: Checked = limit("max = 100, max_increase = \"10 %\"")
-        .check(&report(1.0, 120), Some(&whole(report(1.0, 100))))
-        .expect("a check");
-    let table = text(&checked, &[], Style::Plain);
+    let budget = limit("max = 100, max_increase = \"10 %\"");
+    let checked = check(&budget, &report(1.0, 120), Some(&whole(report(1.0, 100)))).expect("a check");
+    let table = text(&checked, Style::Plain);
     assert!(table.contains("FAIL") && table.contains("+20.00 (+20.00 %)"), "{table}");
-    let json: serde_json::Value = serde_json::from_str(&json_text(&checked, None)).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&json_text(&checked)).expect("JSON");
     assert_eq!(json["passed"], false);
     assert_eq!(json["hard_failures"], 2);
-    assert_eq!(json["rows"][1]["change_percent"], 20.0);
-    assert!(csv_text(&checked).contains("fail,hard,node_fetches,,max 100,120,fetches,100,20,20"));
+    assert_eq!(json["frames"][0]["rows"][1]["change_percent"], 20.0);
+    assert!(csv_text(&checked).contains("s,,fail,hard,node_fetches,,max 100,120,fetches,100,20,20"));
 }
 
 #[test]

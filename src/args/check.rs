@@ -1,14 +1,14 @@
 //! Options of budgets.
 
-use super::{DEFAULT_SCENE, FrameArgs, MachineArgs, RunArgs};
+use super::{FrameArgs, MachineArgs, RunArgs};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
-    /// What to check: a scene to profile as `profile` does, or a finished report (.json).
-    #[arg(value_name = "SCENE|REPORT.json", default_value = DEFAULT_SCENE)]
-    pub(crate) subject: String,
+    /// What to check: a scene to profile as `profile` does, or a finished report (.json); not where the budget names its frames [default: atrium].
+    #[arg(value_name = "SCENE|REPORT.json")]
+    pub(crate) subject: Option<String>,
     /// The limits.
     #[arg(long, value_name = "BUDGET.toml")]
     pub(crate) budget: PathBuf,

@@ -1,14 +1,18 @@
-//! `raybudget check`: holds a frame's counters against a budget.
+//! `raybudget check`: holds the counters of frames against a budget.
 
-use super::profile::profile;
+use super::compare::check_scenes;
 use crate::Outcome;
-use crate::args::{CheckArgs, CheckFormat, FrameArgs, MachineArgs};
+use crate::args::{CheckArgs, CheckFormat, DEFAULT_SCENE, FrameArgs, MachineArgs};
 use crate::console;
+use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
+use crate::options::{Options, Request};
 use crate::output::{OutputFile, read_text};
+use crate::report::{self, Before};
 use crate::settings::{FrameSettings, start_threads};
-use anyhow::bail;
+use anyhow::{anyhow, bail};
+use gpumodel::Maps;
 use reports::budget::{self, Accepted, Baseline, Budget, Severity};
 use reports::{Report, json};
 use std::path::Path;
@@ -16,62 +20,186 @@ use std::path::Path;
 pub(crate) fn run(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let budget_text = read_text(&args.budget, "a budget file (.toml)")?;
     let budget = Budget::parse(&budget_text, &args.budget.display().to_string())?;
-    let baseline = args.baseline.as_deref().map(read_baseline).transpose()?.flatten();
+    let before = args.baseline.as_deref().map(Earlier::read).transpose()?.flatten();
+    let subjects = subjects(args, &budget)?;
+    start_threads(args.run.threads)?;
     let accept = args.accept.as_deref().map(OutputFile::create).transpose()?;
-    let report = report(args, meter)?;
-    let checked = budget.check(&report, baseline.as_ref())?;
-    if let Some(file) = accept {
-        file.written(Accepted::of(&report, &budget).text().as_bytes())?.finish()?;
+    let frames = subjects.reports(meter)?;
+    let mut accepted = Accepted::default();
+    let mut checked = Vec::new();
+    for (name, report) in &frames {
+        let baseline = before.as_ref().map(|before| before.of(name, &frames)).transpose()?.flatten();
+        let frame = budget.check(name, report, baseline.as_ref())?;
+        checked.push(if args.why { frame.explained(report, baseline.as_ref()) } else { frame });
+        accepted.add(name, report, &budget);
     }
-    for difference in &checked.stale {
+    let checked = budget.checked(checked)?;
+    if let Some(file) = accept {
+        file.written(accepted.text().as_bytes())?.finish()?;
+    }
+    for difference in checked.stale().into_iter().chain(before.iter().flat_map(|before| before.gone(&frames)))
+    {
         console::warn(&format!("stale baseline: {difference}"));
     }
-    let reasons = args.why.then(|| budget::why(&checked, &report, baseline.as_ref()));
-    let told = reasons.as_deref().unwrap_or_default();
     console::print(&match args.format {
-        CheckFormat::Text => budget::text(&checked, told, console::style()),
-        CheckFormat::Json => budget::json_text(&checked, reasons.as_deref()),
+        CheckFormat::Text => budget::text(&checked, console::style()),
+        CheckFormat::Json => budget::json_text(&checked),
         CheckFormat::Csv => budget::csv_text(&checked),
-        CheckFormat::Markdown => budget::markdown(&checked, told, &report),
-        CheckFormat::Junit => budget::junit(&checked, told, &report),
-        CheckFormat::Github => budget::annotations(&checked, told, &budget.file),
+        CheckFormat::Markdown => budget::markdown(&checked),
+        CheckFormat::Junit => budget::junit(&checked),
+        CheckFormat::Github => budget::annotations(&checked),
     })?;
     Ok(if checked.failures(Severity::Hard) > 0 { Outcome::CheckFailed } else { Outcome::Done })
 }
 
-/// The report to check: read, or made.
-fn report(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Report> {
-    let path = Path::new(&args.subject);
+/// What is held against the budget.
+enum Subjects {
+    /// A finished report.
+    Report(Box<Report>),
+    /// Frames to profile, each with its name; of a single one that the budget does not name, the name is its scene's in the report.
+    Frames(Vec<(Option<String>, Asked)>),
+}
+
+/// A frame to profile.
+struct Asked {
+    scene: String,
+    settings: FrameSettings,
+    machine: Machine,
+}
+
+impl Asked {
+    fn new(Request { scene, frame, machine }: Request) -> anyhow::Result<Self> {
+        let settings = FrameSettings::new(&frame)?;
+        Ok(Self { scene, settings, machine: Machine::of_whole_frames(&machine)? })
+    }
+}
+
+/// What the command line or the budget asks for, checked before any work.
+fn subjects(args: &CheckArgs, budget: &Budget) -> anyhow::Result<Subjects> {
+    let has_options = args.frame != FrameArgs::default() || args.machine != MachineArgs::default();
+    if !budget.frames.is_empty() {
+        if args.subject.is_some() || has_options {
+            bail!(
+                "{}: the budget names its frames; leave out the scene and options of a frame or a machine",
+                budget.file
+            );
+        }
+        return of_budget(budget).map(Subjects::Frames);
+    }
+    let subject = args.subject.as_deref().unwrap_or(DEFAULT_SCENE);
+    let path = Path::new(subject);
     if path.extension().is_some_and(|extension| extension == "json") {
-        if args.frame != FrameArgs::default() || args.machine != MachineArgs::default() {
+        if has_options {
             bail!(
                 "{}: a finished report takes no options of a frame or a machine; leave them out",
                 path.display()
             );
         }
-        return read_report(path);
+        return read_report(path).map(|report| Subjects::Report(Box::new(report)));
     }
-    let settings = FrameSettings::new(&args.frame)?;
-    let machine = Machine::of_whole_frames(&args.machine)?;
-    start_threads(args.run.threads)?;
-    Ok(profile(&args.subject, &settings, (&machine, None), gpumodel::Maps::Dropped, meter)?.report)
+    let request =
+        Request { scene: subject.to_owned(), frame: args.frame.clone(), machine: args.machine.clone() };
+    Ok(Subjects::Frames(vec![(None, Asked::new(request)?)]))
 }
 
-/// `None`, with a warning, where there is no such file: the first run of a check has none.
-fn read_baseline(path: &Path) -> anyhow::Result<Option<Baseline>> {
-    if !path.exists() {
-        console::warn(&format!(
-            "{}: there is no such baseline; limits on changes are not compared. To make one: raybudget check --accept",
-            path.display()
-        ));
-        return Ok(None);
+/// The frames that the budget names.
+fn of_budget(budget: &Budget) -> anyhow::Result<Vec<(Option<String>, Asked)>> {
+    let base = Options::read(&budget.base).map_err(|error| anyhow!("{}: base.{error}", budget.file))?;
+    let frame = |frame: &budget::BudgetFrame| {
+        let asked =
+            Options::read(&frame.options).and_then(|options| Asked::new(base.with(&options).request()?));
+        let asked = asked
+            .map_err(|error| anyhow!("{}:{}: frame '{}': {error}", budget.file, frame.line, frame.name))?;
+        Ok((Some(frame.name.clone()), asked))
+    };
+    budget.frames.iter().map(frame).collect()
+}
+
+impl Subjects {
+    /// The report of each, with its name; a scene is loaded once for all its frames.
+    fn reports(self, meter: &Meter) -> anyhow::Result<Vec<(String, Report)>> {
+        let frames = match self {
+            Self::Report(report) => return Ok(vec![(report.inputs.scene.clone(), *report)]),
+            Self::Frames(frames) => frames,
+        };
+        let mut scenes: Vec<String> = frames.iter().map(|(_, asked)| asked.scene.clone()).collect();
+        scenes.sort_unstable();
+        scenes.dedup();
+        check_scenes(&scenes)?;
+        let mut reports: Vec<(usize, String, Report)> = Vec::new();
+        for spec in &scenes {
+            let scene = LoadedScene::load(spec)?;
+            for (index, (name, asked)) in
+                frames.iter().enumerate().filter(|(_, (_, asked))| asked.scene == *spec)
+            {
+                let frame = Frame::build(&scene, &asked.settings)?;
+                let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
+                let machines = std::slice::from_ref(&asked.machine);
+                let report =
+                    report::frame_answers(&frame, machines, Maps::Dropped, &before, meter)?.remove(0).report;
+                let name = name.clone().unwrap_or_else(|| report.inputs.scene.clone());
+                reports.push((index, name, report));
+            }
+        }
+        reports.sort_by_key(|&(index, ..)| index);
+        Ok(reports.into_iter().map(|(_, name, report)| (name, report)).collect())
     }
-    if path.extension().is_some_and(|extension| extension == "toml") {
-        let text = read_text(path, "figures that were accepted (.toml)")?;
-        let accepted = Accepted::parse(&text, &path.display().to_string())?;
-        return Ok(Some(Baseline::Accepted(Box::new(accepted))));
+}
+
+/// What limits on changes are held against.
+enum Earlier {
+    Report(Box<Report>),
+    Accepted(Accepted),
+}
+
+impl Earlier {
+    /// `None`, with a warning, where there is no such file: the first run of a check has none.
+    fn read(path: &Path) -> anyhow::Result<Option<Self>> {
+        if !path.exists() {
+            console::warn(&format!(
+                "{}: there is no such baseline; limits on changes are not compared. To make one: raybudget check --accept",
+                path.display()
+            ));
+            return Ok(None);
+        }
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let text = read_text(path, "figures that were accepted (.toml)")?;
+            return Ok(Some(Self::Accepted(Accepted::parse(&text, &path.display().to_string())?)));
+        }
+        Ok(Some(Self::Report(Box::new(read_report(path)?))))
     }
-    Ok(Some(Baseline::Report(Box::new(read_report(path)?))))
+
+    /// The baseline of a frame: the one of its name, or of a single frame the only one. Without it, with a warning, none.
+    fn of(&self, name: &str, frames: &[(String, Report)]) -> anyhow::Result<Option<Baseline>> {
+        match self {
+            Self::Report(report) if frames.len() == 1 => Ok(Some(Baseline::Report(report.clone()))),
+            Self::Report(_) => bail!(
+                "a report is the baseline of one frame, and there are {}; give figures that were accepted (.toml)",
+                frames.len()
+            ),
+            Self::Accepted(accepted) => {
+                let only = if frames.len() == 1 { accepted.only() } else { None };
+                let found = accepted.frame(name).or(only);
+                if found.is_none() {
+                    console::warn(&format!(
+                        "the baseline has no frame '{name}'; its limits on changes are not compared"
+                    ));
+                }
+                Ok(found.map(|frame| Baseline::Accepted(Box::new(frame.clone()))))
+            }
+        }
+    }
+
+    /// Frames that only the baseline has, in sentences.
+    fn gone(&self, frames: &[(String, Report)]) -> Vec<String> {
+        match self {
+            Self::Accepted(accepted) if frames.len() > 1 => {
+                let gone = accepted.names().filter(|name| frames.iter().all(|(known, _)| known != name));
+                gone.map(|name| format!("the baseline has a frame '{name}', the budget has none")).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
 }
 
 fn read_report(path: &Path) -> anyhow::Result<Report> {

@@ -6,6 +6,7 @@ mod bad_input;
 mod cache;
 mod compare;
 mod determinism;
+mod frame_budgets;
 mod machine;
 mod miss_trace;
 mod needs;

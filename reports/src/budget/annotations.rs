@@ -2,14 +2,15 @@
 
 use super::check::{Checked, Outcome, Severity};
 use super::table::{changed, figure};
-use super::why::{self, Why};
+use super::why;
 use std::fmt::Write;
 
-/// An error for each broken hard limit, a warning for each broken soft one, a notice for what was not compared. `file` is the budget's, as the
-/// repository knows it; reasons stand in the messages.
-pub fn annotations(checked: &Checked, reasons: &[Why], file: &str) -> String {
+/// An error for each broken hard limit, a warning for each broken soft one, a notice for what was not compared. The budget's file is called as it
+/// was given; reasons stand in the messages.
+pub fn annotations(checked: &Checked) -> String {
+    let file = checked.file.as_str();
     let mut out = String::new();
-    for row in &checked.rows {
+    for (frame, row) in checked.rows() {
         let command = match (row.outcome, row.limit.severity) {
             (Outcome::Pass, _) => continue,
             (Outcome::Fail, Severity::Hard) => "error",
@@ -17,8 +18,14 @@ pub fn annotations(checked: &Checked, reasons: &[Why], file: &str) -> String {
             (Outcome::NotCompared, _) => "notice",
         };
         let limit = &row.limit;
-        let mut message =
-            format!("{} of the {} is {} {}", limit.counter, limit.place(), figure(&row.value), row.unit);
+        let of_frame = if checked.frames.len() > 1 { format!("{}: ", frame.name) } else { String::new() };
+        let mut message = format!(
+            "{of_frame}{} of the {} is {} {}",
+            limit.counter,
+            limit.place(),
+            figure(&row.value),
+            row.unit
+        );
         match row.outcome {
             Outcome::NotCompared => message.push_str(", and there is no baseline"),
             _ => write!(message, ", limit: {}", limit.rule.describe()).expect("a string takes every write"),
@@ -27,8 +34,7 @@ pub fn annotations(checked: &Checked, reasons: &[Why], file: &str) -> String {
         if !change.is_empty() {
             write!(message, "; change {change}").expect("a string takes every write");
         }
-        let of_limit = |reason: &&Why| reason.counter == limit.counter && reason.pass == limit.pass;
-        if let Some(reason) = reasons.iter().find(of_limit).filter(|_| row.outcome == Outcome::Fail) {
+        if let Some(reason) = frame.reason(row) {
             message.push_str(why::text(reason).trim_end());
         }
         writeln!(
@@ -41,8 +47,8 @@ pub fn annotations(checked: &Checked, reasons: &[Why], file: &str) -> String {
         )
         .expect("a string takes every write");
     }
-    for sentence in &checked.stale {
-        writeln!(out, "::warning file={},title=stale baseline::{}", property(file), data(sentence))
+    for sentence in checked.stale() {
+        writeln!(out, "::warning file={},title=stale baseline::{}", property(file), data(&sentence))
             .expect("a string takes every write");
     }
     out

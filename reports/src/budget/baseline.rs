@@ -1,15 +1,16 @@
 //! What limits on changes are held against: an earlier report, or the figures of one that were accepted.
 //!
 //! ```toml
+//! [cornell]                      # the frame's name in the budget, or its scene
 //! tool = "raybudget 0.1.0"
 //!
-//! [inputs]                       # as in the report
+//! [cornell.inputs]               # as in the report
 //! scene = "cornell"
 //!
-//! [frame]
+//! [cornell.frame]
 //! node_fetches = 87890391
 //!
-//! [passes."primary rays"]
+//! [cornell.passes."primary rays"]
 //! node_fetches = 49131229
 //! ```
 
@@ -31,10 +32,10 @@ enum Figure {
     Real(f64),
 }
 
-/// Figures of a report that were accepted: those of the counters that a budget limits, small enough to be reviewed.
+/// Figures of one frame that were accepted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Accepted {
+pub struct AcceptedFrame {
     /// Program and version.
     tool: String,
     /// What was asked.
@@ -47,13 +48,20 @@ pub struct Accepted {
     passes: BTreeMap<String, Figures>,
 }
 
+/// Figures that were accepted, by name of the frame: those of the counters that a budget limits, small enough to be reviewed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Accepted {
+    frames: BTreeMap<String, AcceptedFrame>,
+}
+
 /// What stands at the head of a file of accepted figures.
 const HEADING: &str = "# Figures that limits on changes are held against: raybudget check --baseline. Written by raybudget check --accept; review a change of \
                        it as one of code.\n\n";
 
-impl Accepted {
+impl AcceptedFrame {
     /// The figures of all counters that `budget` limits, of the frame and of each pass that has them.
-    pub fn of(report: &Report, budget: &Budget) -> Self {
+    fn of(report: &Report, budget: &Budget) -> Self {
         let limited: BTreeSet<&str> = budget.limits.iter().map(|limit| limit.counter.as_str()).collect();
         let figures = |counters: &Counters| -> Figures {
             let figure = |value: &Value| match value {
@@ -71,6 +79,28 @@ impl Accepted {
             frame: figures(&report.counters),
             passes: passes.filter(|(_, figures)| !figures.is_empty()).collect(),
         }
+    }
+}
+
+impl Accepted {
+    /// Adds the figures of a frame.
+    pub fn add(&mut self, name: &str, report: &Report, budget: &Budget) {
+        self.frames.insert(name.to_owned(), AcceptedFrame::of(report, budget));
+    }
+
+    /// The only frame.
+    pub fn only(&self) -> Option<&AcceptedFrame> {
+        self.frames.values().next().filter(|_| self.frames.len() == 1)
+    }
+
+    /// The frame of that name.
+    pub fn frame(&self, name: &str) -> Option<&AcceptedFrame> {
+        self.frames.get(name)
+    }
+
+    /// Names of all frames.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.frames.keys().map(String::as_str)
     }
 
     /// Reads the text of such a file; `file` names it in errors.
@@ -98,7 +128,7 @@ pub enum Baseline {
     /// A whole report.
     Report(Box<Report>),
     /// Its accepted figures.
-    Accepted(Box<Accepted>),
+    Accepted(Box<AcceptedFrame>),
 }
 
 impl Baseline {

@@ -1,7 +1,8 @@
 //! Whether a report keeps a budget.
 
 use super::baseline::Baseline;
-use super::file::{Budget, Change, Limit, Rule};
+use super::file::{Budget, Change, Limit, Rule, Selection};
+use super::why::{self, Why};
 use crate::counters::{Counters, Value};
 use crate::error::Error;
 use crate::report::{Inputs, Report};
@@ -58,33 +59,124 @@ impl Row {
     }
 }
 
-/// A budget held against a report.
+/// A frame held against the limits that are for it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Checked {
+pub struct CheckedFrame {
+    /// Its name in the budget, or that of its scene.
+    pub name: String,
+    /// Scene, GPU and technique in words.
+    pub title: String,
     /// In file order.
     pub rows: Vec<Row>,
     /// In what the baseline's inputs differ from the report's, in sentences: such a comparison may mean little.
     pub stale: Vec<String>,
+    /// Why limits are broken, where that was asked.
+    pub reasons: Option<Vec<Why>>,
+}
+
+/// A budget held against all its frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checked {
+    /// Its file.
+    pub file: String,
+    /// At least one.
+    pub frames: Vec<CheckedFrame>,
+}
+
+impl CheckedFrame {
+    /// Adds why limits are broken.
+    #[must_use]
+    pub fn explained(self, report: &Report, baseline: Option<&Baseline>) -> Self {
+        let reasons = Some(why::reasons(&self.rows, report, baseline));
+        Self { reasons, ..self }
+    }
+
+    /// Why a row's limit is broken, where that was asked.
+    pub(super) fn reason(&self, row: &Row) -> Option<&Why> {
+        let of_limit = |reason: &&Why| reason.counter == row.limit.counter && reason.pass == row.limit.pass;
+        self.reasons.iter().flatten().find(of_limit).filter(|_| row.outcome == Outcome::Fail)
+    }
 }
 
 impl Checked {
+    /// All rows, each with its frame.
+    pub(super) fn rows(&self) -> impl Iterator<Item = (&CheckedFrame, &Row)> {
+        self.frames.iter().flat_map(|frame| frame.rows.iter().map(move |row| (frame, row)))
+    }
+
+    /// Number of rows.
+    pub(super) fn count(&self, is: impl Fn(&Row) -> bool) -> usize {
+        self.rows().filter(|(_, row)| is(row)).count()
+    }
+
     /// Number of broken limits of that severity.
     pub fn failures(&self, severity: Severity) -> usize {
-        self.rows.iter().filter(|row| row.outcome == Outcome::Fail && row.limit.severity == severity).count()
+        self.count(|row| row.outcome == Outcome::Fail && row.limit.severity == severity)
+    }
+
+    /// In what baselines differ from the frames, with the frame's name where there are several.
+    pub fn stale(&self) -> Vec<String> {
+        let told = |frame: &CheckedFrame, sentence: &String| match self.frames.len() {
+            1 => sentence.clone(),
+            _ => format!("{}: {sentence}", frame.name),
+        };
+        self.frames.iter().flat_map(|frame| frame.stale.iter().map(move |each| told(frame, each))).collect()
+    }
+}
+
+impl Selection {
+    /// Whether a limit is for the frame of that name and report.
+    fn selects(&self, name: &str, inputs: &Inputs) -> bool {
+        let is = |wanted: &Option<String>, given: &str| wanted.as_ref().is_none_or(|wanted| wanted == given);
+        let Self { frame, scene, gpu, technique } = self;
+        is(frame, name)
+            && is(scene, &inputs.scene)
+            && is(gpu, &inputs.gpu)
+            && is(technique, &inputs.technique)
     }
 }
 
 impl Budget {
-    /// Holds the budget against `report`, changes against `baseline`. Without a baseline, rules about changes are not
-    /// compared.
+    /// Holds the limits that are for the frame called `name` against its report, changes against `baseline`. Without a baseline, rules
+    /// about changes are not compared.
     ///
     /// # Errors
     /// When the report lacks a counter or a pass that the budget limits; the error gives the reason of the absence.
-    pub fn check(&self, report: &Report, baseline: Option<&Baseline>) -> Result<Checked, Error> {
-        let rows =
-            self.limits.iter().map(|limit| self.row(limit, report, baseline)).collect::<Result<_, _>>()?;
-        let stale = baseline.map_or_else(Vec::new, |baseline| differences(report, baseline));
-        Ok(Checked { rows, stale })
+    pub fn check(
+        &self,
+        name: &str,
+        report: &Report,
+        baseline: Option<&Baseline>,
+    ) -> Result<CheckedFrame, Error> {
+        let inputs = &report.inputs;
+        let chosen = self.limits.iter().filter(|limit| limit.selection.selects(name, inputs));
+        let rows = chosen.map(|limit| self.row(limit, report, baseline)).collect::<Result<_, _>>()?;
+        Ok(CheckedFrame {
+            name: name.to_owned(),
+            title: format!("{} on {}, {}", inputs.scene, inputs.gpu, inputs.technique),
+            rows,
+            stale: baseline.map_or_else(Vec::new, |baseline| differences(report, baseline)),
+            reasons: None,
+        })
+    }
+
+    /// Puts all its frames together.
+    ///
+    /// # Errors
+    /// When a limit is for none of them: where the budget names its frames, any limit; else when all are for others.
+    pub fn checked(&self, frames: Vec<CheckedFrame>) -> Result<Checked, Error> {
+        let used = |limit: &Limit| frames.iter().flat_map(|frame| &frame.rows).any(|row| row.limit == *limit);
+        let unused = self.limits.iter().find(|limit| !used(limit));
+        let all_unused = frames.iter().all(|frame| frame.rows.is_empty());
+        if let Some(limit) = unused.filter(|_| all_unused || !self.frames.is_empty()) {
+            let titles: Vec<String> =
+                frames.iter().map(|frame| format!("{} ({})", frame.name, frame.title)).collect();
+            let problem =
+                format!("the limit on {} is for none of these frames: {}", limit.counter, titles.join("; "));
+            let remedy = "correct its frame, scene, gpu or technique";
+            return Err(Error::at_line(&self.file, limit.line, problem, remedy));
+        }
+        Ok(Checked { file: self.file.clone(), frames })
     }
 
     fn row(&self, limit: &Limit, report: &Report, baseline: Option<&Baseline>) -> Result<Row, Error> {

@@ -4,6 +4,7 @@ use super::check::Severity;
 use crate::error::Error;
 use crate::units;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use toml::Spanned;
 
 /// A change against a baseline.
@@ -32,11 +33,28 @@ pub enum Rule {
     MinDecrease(Change),
 }
 
+/// Which frames a limit is for: those that have all that is given.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Name of the frame in the budget.
+    pub frame: Option<String>,
+    /// Name of the scene in the report.
+    pub scene: Option<String>,
+    /// Name of the GPU in the report.
+    pub gpu: Option<String>,
+    /// Name of the technique in the report.
+    pub technique: Option<String>,
+}
+
 /// One rule for one counter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
     /// Line of the file, from 1.
     pub line: usize,
+    /// Which frames it is for.
+    pub selection: Selection,
+    /// What it is told with.
+    pub group: Option<String>,
     /// Id of the counter.
     pub counter: String,
     /// Name of a pass; none for the whole frame.
@@ -47,11 +65,29 @@ pub struct Limit {
     pub rule: Rule,
 }
 
+/// Options of a frame by their names, which the command line knows.
+pub type RawOptions = BTreeMap<Spanned<String>, toml::Value>;
+
+/// A frame that a budget names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BudgetFrame {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// Its name; no other frame of the budget has it.
+    pub name: String,
+    /// Its options, besides those of [`Budget::base`].
+    pub options: RawOptions,
+}
+
 /// A budget file, checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Budget {
     /// Its name, for errors.
     pub file: String,
+    /// Options of all its frames.
+    pub base: RawOptions,
+    /// The frames that it is for; empty where it is for whatever is checked.
+    pub frames: Vec<BudgetFrame>,
     /// Its limits, in file order; soft ones of an entry before hard ones.
     pub limits: Vec<Limit>,
 }
@@ -60,6 +96,10 @@ pub struct Budget {
 #[serde(deny_unknown_fields)]
 struct RawBudget {
     #[serde(default)]
+    base: Option<Spanned<RawOptions>>,
+    #[serde(default)]
+    frame: Vec<Spanned<RawOptions>>,
+    #[serde(default)]
     limit: Vec<Spanned<RawLimit>>,
 }
 
@@ -67,6 +107,11 @@ struct RawBudget {
 #[serde(deny_unknown_fields)]
 struct RawLimit {
     counter: Spanned<String>,
+    frame: Option<Spanned<String>>,
+    scene: Option<String>,
+    gpu: Option<String>,
+    technique: Option<String>,
+    group: Option<String>,
     pass: Option<String>,
     soft: Option<Spanned<RawRules>>,
     hard: Option<Spanned<RawRules>>,
@@ -97,16 +142,43 @@ impl Budget {
     /// On TOML that is not a budget, an unknown key or counter, a limit without rules, and figures that are not finite.
     pub fn parse(text: &str, file: &str) -> Result<Self, Error> {
         let line = |offset: usize| line(text, offset);
-        const REMEDY: &str =
-            "a budget is a list of [[limit]] tables with the keys counter, pass, soft and hard";
+        const REMEDY: &str = "a budget is a list of [[limit]] tables with the keys counter, frame, scene, gpu, technique, group, pass, soft and hard, \
+             and may have [[frame]] tables and [base]";
         let raw: RawBudget = toml::from_str(text).map_err(|error| refusal(text, file, &error, REMEDY))?;
         if raw.limit.is_empty() {
             return Err(Error::new(file, "no limits, expected at least one", "add a [[limit]] table"));
         }
+        let frames = frames(raw.frame, file, line)?;
+        let base = match raw.base {
+            Some(base) if frames.is_empty() => {
+                let problem = "[base] without a [[frame]]";
+                let remedy = "add frames, or give the options on the command line";
+                return Err(Error::at_line(file, line(base.span().start), problem, remedy));
+            }
+            base => base.map(Spanned::into_inner).unwrap_or_default(),
+        };
         let mut limits = Vec::new();
         for raw_limit in raw.limit {
             let start = raw_limit.span().start;
-            let RawLimit { counter, pass, soft, hard } = raw_limit.into_inner();
+            let RawLimit { counter, frame, scene, gpu, technique, group, pass, soft, hard } =
+                raw_limit.into_inner();
+            let known = |name: &Spanned<String>| frames.iter().any(|frame| frame.name == *name.get_ref());
+            if let Some(name) = frame.as_ref().filter(|name| !known(name)) {
+                let names: Vec<&str> = frames.iter().map(|frame| frame.name.as_str()).collect();
+                return Err(Error::at_line(
+                    file,
+                    line(name.span().start),
+                    format!("no frame is called '{}'", name.get_ref()),
+                    match names.len() {
+                        0 => {
+                            "add a [[frame]] with this name, or select by scene, gpu or technique".to_owned()
+                        }
+                        _ => format!("use one of: {}", names.join(", ")),
+                    },
+                ));
+            }
+            let frame = frame.map(Spanned::into_inner);
+            let selection = Selection { frame, scene, gpu, technique };
             let counter_line = line(counter.span().start);
             let counter = counter.into_inner();
             if units::counter_info(&counter).is_none() {
@@ -126,6 +198,8 @@ impl Budget {
                         .map(|rule| {
                             limits.push(Limit {
                                 line,
+                                selection: selection.clone(),
+                                group: group.clone(),
                                 counter: counter.clone(),
                                 pass: pass.clone(),
                                 severity,
@@ -144,8 +218,33 @@ impl Budget {
                 ));
             }
         }
-        Ok(Self { file: file.to_owned(), limits })
+        Ok(Self { file: file.to_owned(), base, frames, limits })
     }
+}
+
+/// The frames, each with a name of its own.
+fn frames(
+    raw: Vec<Spanned<RawOptions>>,
+    file: &str,
+    line: impl Fn(usize) -> usize,
+) -> Result<Vec<BudgetFrame>, Error> {
+    let mut frames: Vec<BudgetFrame> = Vec::new();
+    for table in raw {
+        let line = line(table.span().start);
+        let mut options = table.into_inner();
+        let key = options.keys().find(|key| key.get_ref() == "name").cloned();
+        let name = key.and_then(|key| options.remove(&key));
+        let Some(name) = name.as_ref().and_then(toml::Value::as_str).filter(|name| !name.is_empty()) else {
+            let remedy = "give it one, such as name = \"cornell\"";
+            return Err(Error::at_line(file, line, "a frame without a name", remedy));
+        };
+        if frames.iter().any(|frame| frame.name == name) {
+            let problem = format!("a second frame called '{name}'");
+            return Err(Error::at_line(file, line, problem, "give each frame a name of its own"));
+        }
+        frames.push(BudgetFrame { line, name: name.to_owned(), options });
+    }
+    Ok(frames)
 }
 
 /// The line of a place in a text, from 1.

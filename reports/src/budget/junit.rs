@@ -1,52 +1,72 @@
 //! The results of a check as JUnit XML, which test views of CI services read.
 
-use super::check::{Checked, Outcome, Row, Severity};
+use super::check::{Checked, CheckedFrame, Outcome, Row, Severity};
 use super::table::{changed, figure};
-use super::why::{self, Why};
-use crate::report::Report;
+use super::why;
 use std::fmt::Write;
 
-/// One suite, a test for each limit: failed where a hard one is broken, skipped where there is nothing to compare with. A broken soft limit is a test that passes,
-/// with a warning in its output.
-pub fn junit(checked: &Checked, reasons: &[Why], report: &Report) -> String {
-    let inputs = &report.inputs;
-    let suite = format!("{} on {}, {}", inputs.scene, inputs.gpu, inputs.technique);
-    let (tests, failures) = (checked.rows.len(), checked.failures(Severity::Hard));
-    let skipped = checked.rows.iter().filter(|row| row.outcome == Outcome::NotCompared).count();
+/// A suite for each frame, a test for each limit: failed where a hard one is broken, skipped where there is nothing to compare with. A broken soft limit is a test
+/// that passes, with a warning in its output. The class of a test is its pass, or the frame.
+///
+/// The form is that of the schema of Jenkins' xUnit plugin, `junit-10.xsd`.
+pub fn junit(checked: &Checked) -> String {
+    let (tests, failures) = (checked.count(|_| true), checked.failures(Severity::Hard));
     let mut out = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <testsuites name=\"raybudget check\" tests=\"{tests}\" failures=\"{failures}\" errors=\"0\">\n  \
-         <testsuite name=\"{}\" tests=\"{tests}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\">\n",
-        escaped(&suite)
+         <testsuites name=\"raybudget check\" tests=\"{tests}\" failures=\"{failures}\" errors=\"0\">\n"
     );
-    for row in &checked.rows {
+    for frame in &checked.frames {
+        suite(&mut out, frame, checked.frames.len() > 1);
+    }
+    out.push_str("</testsuites>\n");
+    out
+}
+
+fn suite(out: &mut String, frame: &CheckedFrame, named: bool) {
+    let name = if named { format!("{}: {}", frame.name, frame.title) } else { frame.title.clone() };
+    let count = |is: &dyn Fn(&&Row) -> bool| frame.rows.iter().filter(is).count();
+    let failures = count(&|row| row.outcome == Outcome::Fail && row.limit.severity == Severity::Hard);
+    let skipped = count(&|row| row.outcome == Outcome::NotCompared);
+    writeln!(
+        out,
+        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\">",
+        escaped(&name),
+        frame.rows.len()
+    )
+    .expect("a string takes every write");
+    for row in &frame.rows {
         let limit = &row.limit;
         let name = format!("{} {} {}", limit.counter, limit.severity.name(), limit.rule.describe());
-        write!(out, "    <testcase classname=\"{}\" name=\"{}\">", escaped(limit.place()), escaped(&name))
-            .expect("a string takes every write");
-        out.push_str(&result(row, reasons));
+        let group = limit.group.as_ref().map(|group| format!(" group=\"{}\"", escaped(group)));
+        write!(
+            out,
+            "    <testcase classname=\"{}\" name=\"{}\"{}>",
+            escaped(limit.place()),
+            escaped(&name),
+            group.unwrap_or_default()
+        )
+        .expect("a string takes every write");
+        out.push_str(&result(frame, row));
         out.push_str("</testcase>\n");
     }
     let stale: Vec<String> =
-        checked.stale.iter().map(|sentence| format!("stale baseline: {sentence}")).collect();
+        frame.stale.iter().map(|sentence| format!("stale baseline: {sentence}")).collect();
     if !stale.is_empty() {
         writeln!(out, "    <system-err>{}</system-err>", escaped(&stale.join("\n")))
             .expect("a string takes every write");
     }
-    out.push_str("  </testsuite>\n</testsuites>\n");
-    out
+    out.push_str("  </testsuite>\n");
 }
 
 /// What stands within a test.
-fn result(row: &Row, reasons: &[Why]) -> String {
+fn result(frame: &CheckedFrame, row: &Row) -> String {
     let limit = &row.limit;
     let mut message = format!("{} {}, limit: {}", figure(&row.value), row.unit, limit.rule.describe());
     let change = changed(row);
     if !change.is_empty() {
         write!(message, "; change {change}").expect("a string takes every write");
     }
-    let of_limit = |reason: &&Why| reason.counter == limit.counter && reason.pass == limit.pass;
-    let reason = reasons.iter().find(of_limit).map(why::text).unwrap_or_default();
+    let reason = frame.reason(row).map(why::text).unwrap_or_default();
     match (row.outcome, limit.severity) {
         (Outcome::Pass, _) => String::new(),
         (Outcome::NotCompared, _) => "<skipped message=\"there is no baseline\"/>".to_owned(),

@@ -1,43 +1,53 @@
 //! The results of a check as a summary in Markdown, for a pull request or a job.
 
 use super::check::{Checked, Severity};
-use super::table::{changed, closing, figure, verdict};
-use super::why::{self, Why};
-use crate::report::Report;
+use super::table::{Told, changed, closing, figure, reasons, verdict};
 use std::fmt::Write;
 
-/// The results under a heading: a table, what is stale about the baseline, and why limits are broken.
-pub fn markdown(checked: &Checked, reasons: &[Why], report: &Report) -> String {
+/// The results under a heading: a table for each frame, what is stale about the baseline, and why limits are broken.
+pub fn markdown(checked: &Checked) -> String {
     let result = if checked.failures(Severity::Hard) > 0 { "broken" } else { "kept" };
-    let inputs = &report.inputs;
-    let mut out = format!(
-        "## Budget {result}: {} on {}, {}\n\n| result | counter | of | limit | value | unit | change |\n|---|---|---|---|---:|---|---:|\n",
-        cell(&inputs.scene),
-        cell(&inputs.gpu),
-        cell(&inputs.technique)
-    );
-    for row in &checked.rows {
-        let limit = &row.limit;
-        writeln!(
+    let told = Told::of(checked);
+    let mut out = match checked.frames.as_slice() {
+        [frame] => format!("## Budget {result}: {}\n", cell(&frame.title)),
+        frames => format!("## Budget {result}: {} frames\n", frames.len()),
+    };
+    for frame in &checked.frames {
+        if told.frames {
+            write!(out, "\n### {}: {}\n", cell(&frame.name), cell(&frame.title))
+                .expect("a string takes every write");
+        }
+        let (head, rule) = if told.groups { ("| group ", "|---") } else { ("", "") };
+        write!(
             out,
-            "| {} | `{}` | {} | {} {} | {} | {} | {} |",
-            verdict(row),
-            limit.counter,
-            cell(limit.place()),
-            limit.severity.name(),
-            limit.rule.describe(),
-            figure(&row.value),
-            cell(&row.unit),
-            changed(row)
+            "\n| result {head}| counter | of | limit | value | unit | change |\n|---{rule}|---|---|---|---:|---|---:|\n"
         )
         .expect("a string takes every write");
+        for row in &frame.rows {
+            let limit = &row.limit;
+            let group = limit.group.as_deref().unwrap_or_default();
+            let group = if told.groups { format!("| {} ", cell(group)) } else { String::new() };
+            writeln!(
+                out,
+                "| {} {group}| `{}` | {} | {} {} | {} | {} | {} |",
+                verdict(row),
+                limit.counter,
+                cell(limit.place()),
+                limit.severity.name(),
+                limit.rule.describe(),
+                figure(&row.value),
+                cell(&row.unit),
+                changed(row)
+            )
+            .expect("a string takes every write");
+        }
     }
     writeln!(out, "\n{}.", closing(checked)).expect("a string takes every write");
-    for sentence in &checked.stale {
-        writeln!(out, "\nStale baseline: {}.", cell(sentence)).expect("a string takes every write");
+    for sentence in checked.stale() {
+        writeln!(out, "\nStale baseline: {}.", cell(&sentence)).expect("a string takes every write");
     }
+    let reasons = reasons(checked);
     if !reasons.is_empty() {
-        let reasons: String = reasons.iter().map(why::text).collect();
         writeln!(out, "\n```text\n{}```", reasons.trim_start_matches('\n'))
             .expect("a string takes every write");
     }

@@ -1,9 +1,11 @@
 //! The results of a check as text, JSON and CSV.
 
-use super::check::{Checked, Outcome, Row, Severity};
+use super::check::{Checked, CheckedFrame, Outcome, Row, Severity};
 use super::file::{Change, Limit, Rule};
-use super::why::{self, Why};
+use super::why;
+use crate::columns::{Column, write_rows};
 use crate::counters::Value;
+use crate::csv_rows;
 use crate::text::Style;
 use crate::units;
 use serde_json::{Value as Json, json};
@@ -68,47 +70,95 @@ pub(super) fn changed(row: &Row) -> String {
     }
 }
 
-/// How many limits were broken.
+/// How many limits were broken, and of which groups.
 pub(super) fn closing(checked: &Checked) -> String {
     let (hard, soft) = (checked.failures(Severity::Hard), checked.failures(Severity::Soft));
-    let not_compared = match checked.rows.iter().filter(|row| row.outcome == Outcome::NotCompared).count() {
+    let not_compared = match checked.count(|row| row.outcome == Outcome::NotCompared) {
         0 => String::new(),
         count => format!(", {count} not compared for want of a baseline"),
     };
-    format!("{} limits: {hard} hard broken, {soft} soft broken{not_compared}", checked.rows.len())
+    let groups: Vec<String> =
+        groups(checked).into_iter().filter_map(|group| broken(checked, group)).collect();
+    let by_group =
+        if groups.is_empty() { String::new() } else { format!("; broken by group: {}", groups.join(", ")) };
+    let all = checked.count(|_| true);
+    format!("{all} limits: {hard} hard broken, {soft} soft broken{not_compared}{by_group}")
+}
+
+/// Groups in the order of the file.
+fn groups(checked: &Checked) -> Vec<&str> {
+    let mut groups = Vec::new();
+    for group in checked.rows().filter_map(|(_, row)| row.limit.group.as_deref()) {
+        if !groups.contains(&group) {
+            groups.push(group);
+        }
+    }
+    groups
+}
+
+/// How many limits of a group are broken; none where all are kept.
+fn broken(checked: &Checked, group: &str) -> Option<String> {
+    let of_group = |row: &Row| row.limit.group.as_deref() == Some(group);
+    let all = checked.count(of_group);
+    let broken = checked.count(|row| of_group(row) && row.outcome == Outcome::Fail);
+    (broken > 0).then(|| format!("{group} {broken} of {all}"))
+}
+
+/// Which frames and groups a table has to tell apart.
+pub(super) struct Told {
+    pub(super) frames: bool,
+    pub(super) groups: bool,
+}
+
+impl Told {
+    pub(super) fn of(checked: &Checked) -> Self {
+        Self { frames: checked.frames.len() > 1, groups: !groups(checked).is_empty() }
+    }
 }
 
 /// The results as an aligned table and a closing line, and why limits are broken.
-pub fn text(checked: &Checked, reasons: &[Why], style: Style) -> String {
-    let mut rows = vec![["result", "counter", "pass", "limit", "value", "unit", "change"].map(str::to_owned)];
-    rows.extend(checked.rows.iter().map(|row| {
-        [
-            verdict(row).to_owned(),
-            row.limit.counter.clone(),
-            row.limit.place().to_owned(),
-            format!("{} {}", row.limit.severity.name(), row.limit.rule.describe()),
-            figure(&row.value),
-            row.unit.clone(),
-            changed(row),
-        ]
-    }));
-    let widths: [usize; 7] =
-        std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
-    let mut out = String::new();
-    for (index, row) in rows.iter().enumerate() {
-        let cells: Vec<String> = (row.iter().zip(widths).enumerate())
-            .map(|(column, (cell, width))| match column {
-                4 => format!("{cell:>width$}"),
-                _ => format!("{cell:<width$}"),
-            })
-            .collect();
-        let line = cells.join("  ").trim_end().to_owned();
-        let line = if index == 0 && style == Style::Ansi { format!("\x1b[1m{line}\x1b[0m") } else { line };
-        writeln!(out, "{line}").expect("a string takes every write");
+pub fn text(checked: &Checked, style: Style) -> String {
+    let told = Told::of(checked);
+    let cells = |heading: &str, cell: &dyn Fn(&CheckedFrame, &Row) -> String| -> Vec<String> {
+        std::iter::once(heading.to_owned())
+            .chain(checked.rows().map(|(frame, row)| cell(frame, row)))
+            .collect()
+    };
+    let mut columns = vec![Column::words(cells("result", &|_, row| verdict(row).to_owned()))];
+    if told.frames {
+        columns.push(Column::words(cells("frame", &|frame, _| frame.name.clone())));
     }
+    if told.groups {
+        columns.push(Column::words(cells("group", &|_, row| row.limit.group.clone().unwrap_or_default())));
+    }
+    columns.extend([
+        Column::words(cells("counter", &|_, row| row.limit.counter.clone())),
+        Column::words(cells("pass", &|_, row| row.limit.place().to_owned())),
+        Column::words(cells("limit", &|_, row| {
+            format!("{} {}", row.limit.severity.name(), row.limit.rule.describe())
+        })),
+        Column::figures(cells("value", &|_, row| figure(&row.value))),
+        Column::words(cells("unit", &|_, row| row.unit.clone())),
+        Column::words(cells("change", &|_, row| changed(row))),
+    ]);
+    let mut out = String::new();
+    write_rows(&mut out, &columns.iter().collect::<Vec<_>>(), 1, style);
     writeln!(out, "{}", closing(checked)).expect("a string takes every write");
-    out.extend(reasons.iter().map(why::text));
-    out
+    out + &reasons(checked)
+}
+
+/// Why limits are broken, frame by frame.
+pub(super) fn reasons(checked: &Checked) -> String {
+    let several = checked.frames.len() > 1;
+    let of_frame = |frame: &CheckedFrame| -> String {
+        let texts: String = frame.reasons.iter().flatten().map(why::text).collect();
+        if several && !texts.is_empty() {
+            format!("\n{} ({}){texts}", frame.name, frame.title)
+        } else {
+            texts
+        }
+    };
+    checked.frames.iter().map(of_frame).collect()
 }
 
 pub(super) fn signed(number: f64) -> String {
@@ -116,48 +166,55 @@ pub(super) fn signed(number: f64) -> String {
     format!("{sign}{}", units::digits(number))
 }
 
-/// The results as `{passed, hard_failures, soft_failures, stale, rows: [...], why: [...]}`; the last only where reasons were asked for.
-pub fn json_text(checked: &Checked, reasons: Option<&[Why]>) -> String {
-    let rows: Vec<Json> = checked
-        .rows
-        .iter()
-        .map(|row| {
-            let value = match row.value {
-                Value::Count(count) => json!(count),
-                Value::Real(real) => json!(real),
-                Value::Absent { .. } => Json::Null,
-            };
-            json!({
-                "counter": row.limit.counter,
-                "pass": row.limit.pass,
-                "severity": row.limit.severity,
-                "limit": row.limit.rule.describe(),
-                "value": value,
-                "unit": row.unit,
-                "baseline": row.baseline,
-                "change": row.change(),
-                "change_percent": row.percent(),
-                "outcome": row.outcome,
-            })
+/// The results as `{passed, hard_failures, soft_failures, frames: [{frame, title, stale, rows, why}]}`; the last only where reasons were asked for.
+pub fn json_text(checked: &Checked) -> String {
+    let row = |row: &Row| {
+        let value = match row.value {
+            Value::Count(count) => json!(count),
+            Value::Real(real) => json!(real),
+            Value::Absent { .. } => Json::Null,
+        };
+        json!({
+            "group": row.limit.group,
+            "counter": row.limit.counter,
+            "pass": row.limit.pass,
+            "severity": row.limit.severity,
+            "limit": row.limit.rule.describe(),
+            "line": row.limit.line,
+            "value": value,
+            "unit": row.unit,
+            "baseline": row.baseline,
+            "change": row.change(),
+            "change_percent": row.percent(),
+            "outcome": row.outcome,
         })
-        .collect();
-    let mut whole = json!({
+    };
+    let frame = |frame: &CheckedFrame| {
+        let mut json = json!({
+            "frame": frame.name,
+            "title": frame.title,
+            "stale": frame.stale,
+            "rows": frame.rows.iter().map(row).collect::<Vec<_>>(),
+        });
+        if let Some(reasons) = &frame.reasons {
+            json["why"] = json!(reasons);
+        }
+        json
+    };
+    let whole = json!({
         "passed": checked.failures(Severity::Hard) == 0,
         "hard_failures": checked.failures(Severity::Hard),
         "soft_failures": checked.failures(Severity::Soft),
-        "stale": checked.stale,
-        "rows": rows,
+        "frames": checked.frames.iter().map(frame).collect::<Vec<_>>(),
     });
-    if let Some(reasons) = reasons {
-        whole["why"] = json!(reasons);
-    }
     format!("{whole:#}\n")
 }
 
 /// The results as CSV with a heading.
 pub fn csv_text(checked: &Checked) -> String {
-    let mut table = csv::Writer::from_writer(Vec::new());
     let heading = [
+        "frame",
+        "group",
         "outcome",
         "severity",
         "counter",
@@ -168,35 +225,33 @@ pub fn csv_text(checked: &Checked) -> String {
         "baseline",
         "change",
         "change_percent",
-    ]
-    .map(str::to_owned);
-    let rows = checked.rows.iter().map(|row| {
+    ];
+    let row = |(frame, row): (&CheckedFrame, &Row)| {
         let number = |number: Option<f64>| number.map(|number| number.to_string()).unwrap_or_default();
+        let outcome = match row.outcome {
+            Outcome::Pass => "pass",
+            Outcome::Fail => "fail",
+            Outcome::NotCompared => "not_compared",
+        };
+        let value = match row.value {
+            Value::Count(count) => count.to_string(),
+            Value::Real(real) => real.to_string(),
+            Value::Absent { .. } => String::new(),
+        };
         [
-            match row.outcome {
-                Outcome::Pass => "pass",
-                Outcome::Fail => "fail",
-                Outcome::NotCompared => "not_compared",
-            }
-            .to_owned(),
+            frame.name.clone(),
+            row.limit.group.clone().unwrap_or_default(),
+            outcome.to_owned(),
             row.limit.severity.name().to_owned(),
             row.limit.counter.clone(),
             row.limit.pass.clone().unwrap_or_default(),
             row.limit.rule.describe(),
-            match row.value {
-                Value::Count(count) => count.to_string(),
-                Value::Real(real) => real.to_string(),
-                Value::Absent { .. } => String::new(),
-            },
+            value,
             row.unit.clone(),
             number(row.baseline),
             number(row.change()),
             number(row.percent()),
         ]
-    });
-    for row in std::iter::once(heading).chain(rows) {
-        table.write_record(row).expect("memory takes every record, and all have as many columns");
-    }
-    let bytes = table.into_inner().expect("memory takes every byte");
-    String::from_utf8(bytes).expect("made of strings")
+    };
+    csv_rows::text(heading, checked.rows().map(row))
 }

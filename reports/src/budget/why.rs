@@ -1,7 +1,7 @@
 //! Why a limit is broken: what the counter is made of, part by part, and how each part changed.
 
 use super::baseline::Baseline;
-use super::check::{Checked, Outcome};
+use super::check::{Outcome, Row};
 use super::table::signed;
 use crate::report::Report;
 use crate::units;
@@ -45,9 +45,9 @@ impl Cause {
 }
 
 /// A reason for each counter with a broken limit, soft or hard, in the order of the rows.
-pub fn why(checked: &Checked, report: &Report, baseline: Option<&Baseline>) -> Vec<Why> {
+pub(super) fn reasons(rows: &[Row], report: &Report, baseline: Option<&Baseline>) -> Vec<Why> {
     let mut reasons: Vec<Why> = Vec::new();
-    for row in checked.rows.iter().filter(|row| row.outcome == Outcome::Fail) {
+    for row in rows.iter().filter(|row| row.outcome == Outcome::Fail) {
         let (counter, pass) = (&row.limit.counter, &row.limit.pass);
         if reasons.iter().any(|other| other.counter == *counter && other.pass == *pass) {
             continue;
