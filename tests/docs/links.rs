@@ -30,13 +30,11 @@ pub(crate) fn check(page: &Page) {
 
 /// Links of a page in its order, without anchors.
 pub(crate) fn targets(page: &Page) -> Vec<&str> {
-    let link = |item: &_| -> Option<&str> {
-        match item {
-            Kind::Link(target) => Some(target.split('#').next().unwrap_or_default()),
-            _ => None,
-        }
-    };
-    page.items.iter().filter_map(|item| link(&item.kind)).collect()
+    let links = page.items.iter().filter_map(|item| match &item.kind {
+        Kind::Link(target) => Some(target.as_str()),
+        _ => None,
+    });
+    links.map(|target| target.split_once('#').map_or(target, |(file, _)| file)).collect()
 }
 
 /// Names of a page's headings in links, as mdBook and GitHub make them.

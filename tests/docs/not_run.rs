@@ -2,7 +2,7 @@
 
 use crate::page::{Kind, Page};
 
-/// How they begin, and why.
+/// How they begin, and why. Checks of the model are another matter, see [`is_of_ci`].
 const NOT_RUN: [(&str, &str); 4] = [
     ("cargo install", "it builds for minutes, and installs"),
     ("cargo test", "it is what runs this test"),
@@ -13,6 +13,16 @@ const NOT_RUN: [(&str, &str); 4] = [
 /// Whether a command is among them.
 pub(crate) fn is_listed(command: &str) -> bool {
     NOT_RUN.iter().any(|(start, _)| command.trim_start().starts_with(start))
+}
+
+/// Whether it is a check of the model, which takes a release build: `.ci/run` has it, in the quick form.
+pub(crate) fn is_of_ci(command: &str) -> bool {
+    let Some(check) = command.strip_prefix("raybudget verify ") else {
+        return false;
+    };
+    let ci = std::fs::read_to_string(crate::root().join(".ci/run")).expect(".ci/run");
+    assert!(ci.contains(&format!("raybudget verify {check} --quick")), ".ci/run does not run '{command} --quick'");
+    true
 }
 
 /// A script without the lines that are such commands.

@@ -3,28 +3,25 @@
 use crate::not_run;
 use crate::page::{Kind, Page};
 use crate::shown;
-use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
-use std::sync::Mutex;
 use tempfile::TempDir;
 
 /// Programs that a page's commands call; a span or a plain block that begins with one of these is a command.
 const PROGRAMS: [&str; 5] = ["raybudget", "cargo", "git", "mdbook", "rustup"];
 
-/// Stands for `raybudget` in spans and scripts, so that a page takes seconds: frames without a `--size` have 64x64 pixels, and checks of the model are
-/// the quick ones. Consoles, whose output is shown, are of `raybudget` itself.
+/// Stands for `raybudget` in spans and scripts, so that a page takes seconds: frames without a `--size` have 64x64 pixels. Consoles, whose output is
+/// shown, are of `raybudget` itself.
 const SMALL: &str = r#"#!/bin/sh
 [ $# -gt 0 ] || exec "$RAYBUDGET" profile --size 64x64 -o raybudget-out
 more=
 case " $* " in
-    *" --size "* | *" --help "* | *" --rays "* | *" --quick "*) ;;
+    *" --size "* | *" --help "* | *" --rays "*) ;;
     *)
         case "$1 ${2-}" in
             "check "*.json) ;;
             "profile "* | "trace "* | "render "* | "stereo "* | "compare "* | "check "*) more="--size 64x64" ;;
-            "verify "*) more=--quick ;;
         esac
         ;;
 esac
@@ -154,11 +151,7 @@ impl Session {
     fn span(&self, place: &str, text: &str, after: &str) {
         assert!(!text.starts_with("... "), "{place}: `{text}` is no whole command");
         let words: Vec<&str> = text.split(' ').collect();
-        if words.len() < 2 || !PROGRAMS.contains(&words[0]) || not_run::is_listed(text) {
-            return;
-        }
-        let of_model = words[1] == "verify" && words.len() > 2;
-        if of_model && !first_time(text) {
+        if words.len() < 2 || !PROGRAMS.contains(&words[0]) || not_run::is_listed(text) || not_run::is_of_ci(text) {
             return;
         }
         let is_name = words.len() == 2 && words[0] == "raybudget";
@@ -192,12 +185,6 @@ impl Session {
         let code = child.wait().expect("it ends").code().expect("no signal ends it");
         Ran { code, output }
     }
-}
-
-/// Checks of the model read nothing of a page: each is run once.
-fn first_time(command: &str) -> bool {
-    static DONE: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    DONE.lock().expect("no test panics here").insert(command.to_owned())
 }
 
 /// Commands of a console, and the lines that it shows of each.

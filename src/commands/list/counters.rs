@@ -96,7 +96,7 @@ fn vendor_text(info: &VendorInfo) -> String {
 const PAGE: &str = "\
 # Every counter
 
-Made by `raybudget list counters --format markdown`. The ids in the first column are the keys of `report.json` and `counters.csv`, and what a budget names. A counter that a scene or a GPU does not have
+Made by `raybudget list counters --format markdown`, from what the program itself counts by. The ids in the first column are the keys of `report.json` and `counters.csv`, and what a budget names. A counter that a scene or a GPU does not have
 is absent from a report with its reason, never zero.
 ";
 
@@ -114,9 +114,14 @@ pub(super) fn markdown() -> anyhow::Result<String> {
         for group in profiler.groups() {
             let columns = ["name", "unit", "what it counts", "how it is made of the counters above"];
             out += &heading(&format!("{}: {group}", profiler.name), &columns);
+            let mut sources: Vec<&str> = Vec::new();
             for info in profiler.counters.iter().filter(|info| info.group == group) {
                 out += &vendor_row(info);
+                if !sources.contains(&info.source.as_str()) {
+                    sources.push(&info.source);
+                }
             }
+            out += &format!("\nNames and definitions: {}.\n", sources.join("; "));
         }
     }
     out += &heading("Figures of the GPU in these formulas", &["figure", "what it is"]);
@@ -136,7 +141,7 @@ fn code(text: &str) -> String {
 }
 
 fn vendor_row(info: &VendorInfo) -> String {
-    let VendorInfo { name, hardware, gpus, group: _, unit, definition, source, note, formula } = info;
+    let VendorInfo { name, hardware, gpus, group: _, unit, definition, source: _, note, formula } = info;
     let mut meaning = definition.clone();
     if !hardware.is_empty() {
         meaning += &format!("; `{hardware}`");
@@ -144,7 +149,6 @@ fn vendor_row(info: &VendorInfo) -> String {
     if !gpus.is_empty() {
         meaning += &format!("; GPUs: {gpus}");
     }
-    meaning += &format!(" ({source})");
     let made = match formula {
         Formula::Known(formula) if note.is_empty() => code(formula.text()),
         Formula::Known(formula) => format!("{}; {note}", code(formula.text())),
