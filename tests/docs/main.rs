@@ -8,9 +8,10 @@
 //! * A block `console` is run as it stands, and shows what comes out; a line `...` stands for lines that are not shown.
 //! * The scripts of a block `yaml`, a workflow, are run by `bash -e`, as GitHub Actions does.
 //!
-//! Codes are 0 where nothing else is said: in a console by `echo $?`, behind a span by "(exit code 1". What is not run stands in [`not_run`].
+//! Codes are 0 where nothing else is said: in a console by `echo $?`, behind a span by "(exit code 1". What is not run here stands in [`not_run`].
 #![cfg(unix)]
 
+mod keys;
 mod links;
 mod not_run;
 mod page;
@@ -19,7 +20,7 @@ mod shown;
 
 use page::{Kind, Page};
 use session::Session;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 macro_rules! pages {
@@ -75,6 +76,38 @@ fn a_change_that_breaks_the_budget_fails_the_workflow_and_is_annotated() {
 }
 
 #[test]
+fn what_is_not_true_is_found() {
+    let is_found = |text: &str| std::panic::catch_unwind(|| Session::of(&Page::of("page.md", text))).is_err();
+    for text in [
+        "```sh\nfalse\n```",
+        "```console\n$ echo a\nb\n```",
+        "```console\n$ false\n```",
+        "```console\n$ false\n$ echo $?\n0\n```",
+        "```\n$ ls\n```",
+        "```toml\nmax = \n```",
+        "```yaml\n- run: false\n```",
+        "```fortran\n```",
+        "`raybudget list weather`",
+        "`raybudget weather`",
+        "`raybudget verify weather`",
+        "`raybudget list gpus` (exit code 1)",
+        "`... --gpu sgrt`",
+    ] {
+        assert!(is_found(text), "{text}");
+    }
+    for text in [
+        "```sh\ntrue\n```",
+        "```console\n$ echo a\na\n```",
+        "```console\n$ false\n$ echo $?\n1\n```",
+        "```yaml\n- run: |\n    false || true\n    true\n```",
+        "`raybudget list gpus`, `raybudget list`",
+        "`raybudget check scene.obj --budget none.toml; exit 1` (exit code 1)",
+    ] {
+        assert!(!is_found(text), "{text}");
+    }
+}
+
+#[test]
 fn every_page_has_a_test() {
     let mut found: Vec<String> = vec!["README.md".to_owned()];
     for file in std::fs::read_dir(root().join("docs")).expect("a folder") {
@@ -122,8 +155,21 @@ fn the_page_of_counters_is_that_of_the_program() {
 fn every_option_that_a_page_names_is_one_of_the_program() {
     let mut helps = String::new();
     for command in [
-        "profile", "render", "stereo", "trace", "replay", "compare", "whatif", "check", "cache", "list", "verify claims",
-        "verify accuracy", "verify hardware", "verify stability", "verify thermal",
+        "profile",
+        "render",
+        "stereo",
+        "trace",
+        "replay",
+        "compare",
+        "whatif",
+        "check",
+        "cache",
+        "list",
+        "verify claims",
+        "verify accuracy",
+        "verify hardware",
+        "verify stability",
+        "verify thermal",
     ] {
         let mut words: Vec<&str> = command.split(' ').collect();
         words.push("--help");
@@ -136,7 +182,9 @@ fn every_option_that_a_page_names_is_one_of_the_program() {
     for page in pages() {
         for item in &page.items {
             let Kind::Code { text, .. } = &item.kind else { continue };
-            for option in text.split([' ', '=']).filter(|word| text.starts_with("--") && word.starts_with("--")) {
+            for option in
+                text.split([' ', '=']).filter(|word| text.starts_with("--") && word.starts_with("--"))
+            {
                 assert!(of_program(option), "{}: there is no {option}", page.place(item));
             }
         }
@@ -144,37 +192,8 @@ fn every_option_that_a_page_names_is_one_of_the_program() {
 }
 
 fn help(args: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_raybudget")).args(args).output().expect("the program starts");
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_raybudget")).args(args).output().expect("the program starts");
     assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-/// The figures that a file of examples has are those that the program reads, and it knows no others: every key of a description is on the page.
-#[test]
-fn every_key_of_descriptions_is_explained() {
-    for (page, folder) in [("docs/your-gpu.md", "configs/gpus"), ("docs/your-technique.md", "configs/techniques")] {
-        let page = Page::read(page);
-        let explained = |key: &str| {
-            page.items.iter().any(|item| matches!(&item.kind, Kind::Code { text, .. } if text.split(", ").any(|part| part == key)))
-        };
-        for file in std::fs::read_dir(root().join(folder)).expect("a folder") {
-            let path: PathBuf = file.expect("a file").path();
-            let table: toml::Table = std::fs::read_to_string(&path).expect("a text").parse().expect("TOML");
-            for key in keys("", &toml::Value::Table(table)) {
-                assert!(explained(&key), "{}: `{key}` of {} is not explained", page.name, path.display());
-            }
-        }
-    }
-}
-
-/// Dotted keys of all figures and texts; entries of a list of tables go by its name alone.
-fn keys(path: &str, value: &toml::Value) -> Vec<String> {
-    match value {
-        toml::Value::Table(table) if !table.contains_key("tag") => {
-            let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-            table.iter().flat_map(|(key, value)| keys(&join(key), value)).collect()
-        }
-        toml::Value::Array(items) => items.iter().flat_map(|item| keys(path, item)).collect(),
-        _ => vec![path.to_owned()],
-    }
 }

@@ -21,7 +21,10 @@ pub(crate) fn is_of_ci(command: &str) -> bool {
         return false;
     };
     let ci = std::fs::read_to_string(crate::root().join(".ci/run")).expect(".ci/run");
-    assert!(ci.contains(&format!("raybudget verify {check} --quick")), ".ci/run does not run '{command} --quick'");
+    assert!(
+        ci.contains(&format!("raybudget verify {check} --quick")),
+        ".ci/run does not run '{command} --quick'"
+    );
     true
 }
 

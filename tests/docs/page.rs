@@ -15,7 +15,10 @@ pub(crate) struct Item {
 
 pub(crate) enum Kind {
     /// Between fences.
-    Block { language: String, text: String },
+    Block {
+        language: String,
+        text: String,
+    },
     /// Between backticks.
     Code {
         text: String,
@@ -31,7 +34,11 @@ impl Page {
     pub(crate) fn read(name: &str) -> Self {
         let path = crate::root().join(name);
         let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
-        Self { name: name.to_owned(), items: items(name, &text) }
+        Self::of(name, &text)
+    }
+
+    pub(crate) fn of(name: &str, text: &str) -> Self {
+        Self { name: name.to_owned(), items: items(name, text) }
     }
 
     /// The first block that is a file of that name, as its first line says.
@@ -59,7 +66,8 @@ fn items(name: &str, text: &str) -> Vec<Item> {
             end_paragraph(&mut paragraph, &mut items);
             let mut block = String::new();
             loop {
-                let (_, line) = lines.next().unwrap_or_else(|| panic!("{name}:{line_number}: the fence is not closed"));
+                let (_, line) =
+                    lines.next().unwrap_or_else(|| panic!("{name}:{line_number}: the fence is not closed"));
                 if line.trim() == "```" {
                     break;
                 }

@@ -145,13 +145,20 @@ impl Session {
                 ran.output
             );
         }
-        assert_eq!(previous, 0, "{place}: the last command fails, and the page does not say so with 'echo $?'");
+        assert_eq!(
+            previous, 0,
+            "{place}: the last command fails, and the page does not say so with 'echo $?'"
+        );
     }
 
     fn span(&self, place: &str, text: &str, after: &str) {
         assert!(!text.starts_with("... "), "{place}: `{text}` is no whole command");
         let words: Vec<&str> = text.split(' ').collect();
-        if words.len() < 2 || !PROGRAMS.contains(&words[0]) || not_run::is_listed(text) || not_run::is_of_ci(text) {
+        if words.len() < 2
+            || !PROGRAMS.contains(&words[0])
+            || not_run::is_listed(text)
+            || not_run::is_of_ci(text)
+        {
             return;
         }
         let is_name = words.len() == 2 && words[0] == "raybudget";
@@ -234,7 +241,8 @@ fn folder() -> TempDir {
         std::fs::copy(file.path(), folder.path().join(file.file_name())).expect("a copy");
     }
     std::fs::copy(root.join("configs/energy.toml"), folder.path().join("my-energy.toml")).expect("a copy");
-    for (page, name) in [("docs/your-gpu.md", "my-gpu.toml"), ("docs/your-technique.md", "my-technique.toml")] {
+    for (page, name) in [("docs/your-gpu.md", "my-gpu.toml"), ("docs/your-technique.md", "my-technique.toml")]
+    {
         let page = Page::read(page);
         let text = page.file(name).unwrap_or_else(|| panic!("{}: no {name}", page.name));
         std::fs::write(folder.path().join(name), text).expect("a file");

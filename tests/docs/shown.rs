@@ -14,7 +14,13 @@ pub(crate) fn matches(shown: &[&str], actual: &[&str]) -> bool {
 #[test]
 fn three_dots_stand_for_lines_and_for_nothing_else() {
     let actual = ["a", "b  ", "c", "d"];
-    for shown in [&["a", "b", "c", "d"][..], &["..."], &["a", "...", "d"], &["...", "c", "d"], &["a", "...", "b", "c", "d"]] {
+    for shown in [
+        &["a", "b", "c", "d"][..],
+        &["..."],
+        &["a", "...", "d"],
+        &["...", "c", "d"],
+        &["a", "...", "b", "c", "d"],
+    ] {
         assert!(matches(shown, &actual), "{shown:?}");
     }
     for shown in [&[][..], &["a", "...", "c"], &["a", "b", "c"], &["...", "e"], &["a...", "b", "c", "d"]] {
