@@ -3,7 +3,6 @@
 use crate::not_run;
 use crate::page::{Kind, Page};
 use crate::shown;
-use std::ffi::OsString;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
@@ -175,7 +174,7 @@ impl Session {
         });
         let mut path = tools.into_os_string();
         path.push(":");
-        path.push(std::env::var_os("PATH").unwrap_or_else(OsString::new));
+        path.push(std::env::var_os("PATH").unwrap_or_default());
         let (reader, writer) = std::io::pipe().expect("a pipe");
         let mut child = Command::new(command[0])
             .args(&command[1..])
