@@ -84,6 +84,7 @@ fn what_is_not_true_is_found() {
         "```console\n$ false\n```",
         "```console\n$ false\n$ echo $?\n0\n```",
         "```\n$ ls\n```",
+        "```\nraybudget list gpus\nsgrt\n```",
         "```toml\nmax = \n```",
         "```yaml\n- run: false\n```",
         "```fortran\n```",

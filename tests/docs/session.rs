@@ -85,13 +85,16 @@ impl Session {
     }
 
     fn block(&mut self, place: &str, language: &str, text: &str) {
-        let begins = |word: &str| text.lines().any(|line| line.starts_with(word));
-        let is_command = |line: &str| PROGRAMS.iter().any(|program| line.starts_with(&format!("{program} ")));
+        let is_command =
+            |line: &str| ["$"].iter().chain(&PROGRAMS).any(|start| line.starts_with(&format!("{start} ")));
         match language {
             "console" => self.console(place, text),
             "sh" => self.script(place, text),
-            "" if text.lines().all(is_command) => self.script(place, text),
-            "" | "text" => assert!(!begins("$ "), "{place}: a block with commands is a ```console"),
+            "" if !text.contains("$ ") && text.lines().all(is_command) => self.script(place, text),
+            "" | "text" => {
+                let has_commands = text.lines().any(is_command);
+                assert!(!has_commands, "{place}: a block with commands and what they show is a ```console");
+            }
             "toml" => {
                 if let Err(error) = text.parse::<toml::Table>() {
                     panic!("{place}: {error}");
