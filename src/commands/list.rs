@@ -1,10 +1,11 @@
 //! `raybudget list`: what there is to choose from, and what each counter means.
 
+mod counters;
+
 use crate::Outcome;
-use crate::args::{Format, ListArgs, Listed};
+use crate::args::{ListArgs, ListFormat, Listed};
 use crate::console;
-use gpumodel::{COUNTERS, GPUS, Gpu, PrimitiveLayout, Provenance, TECHNIQUES, Technique};
-use reports::vendor::{Formula, GPU_FIGURES, Profiler, VendorInfo};
+use gpumodel::{GPUS, Gpu, PrimitiveLayout, Provenance, TECHNIQUES, Technique};
 use serde_json::{Map, Value};
 use tracer::Traversal;
 
@@ -17,10 +18,12 @@ struct Table {
 pub(crate) fn run(args: &ListArgs) -> anyhow::Result<Outcome> {
     let table = table(args.what)?;
     console::print(&match args.format {
-        Format::Text if args.what == Listed::Counters => counters_text()?,
-        Format::Text => table.text(),
-        Format::Json => table.json(),
-        Format::Csv => table.csv()?,
+        ListFormat::Text if args.what == Listed::Counters => counters::text()?,
+        ListFormat::Markdown if args.what == Listed::Counters => counters::markdown()?,
+        ListFormat::Text => table.text(),
+        ListFormat::Json => table.json(),
+        ListFormat::Csv => table.csv()?,
+        ListFormat::Markdown => table.markdown(),
     })?;
     Ok(Outcome::Done)
 }
@@ -78,7 +81,7 @@ fn table(what: Listed) -> anyhow::Result<Table> {
             }
             table(&["technique", "passes", "description"], rows)
         }
-        Listed::Counters => counters_table()?,
+        Listed::Counters => counters::table()?,
         Listed::Traversals => table(
             &["accel", "traversal", "nodes per fetch", "stack"],
             Traversal::ALL
@@ -134,89 +137,6 @@ fn share_known(Provenance { measured, vendor, driver, aggregator, estimate }: Pr
     format!("{} %", 100 * known / (known + aggregator + estimate).max(1))
 }
 
-/// Ours, then those of the profilers.
-fn counters_table() -> anyhow::Result<Table> {
-    let columns = vec![
-        "counter",
-        "name",
-        "group",
-        "unit",
-        "denominator",
-        "formula",
-        "profiler",
-        "definition",
-        "absent",
-    ];
-    let ours = COUNTERS.iter().map(|counter| {
-        let gpumodel::CounterInfo { id, name, group, unit, formula, denominator } = *counter;
-        [id, name, group, unit, denominator, formula, "", "", ""].map(str::to_owned).to_vec()
-    });
-    let mut rows: Vec<Vec<String>> = ours.collect();
-    for profiler in Profiler::all()? {
-        for info in &profiler.counters {
-            let (formula, absent) = match &info.formula {
-                Formula::Known(formula) => (formula.text(), ""),
-                Formula::Absent { reason } => ("", reason.as_str()),
-            };
-            let VendorInfo { name, group, unit, definition, .. } = info;
-            let row = [name, name, group, unit, "", formula, &profiler.name, definition, absent];
-            rows.push(row.map(str::to_owned).to_vec());
-        }
-    }
-    Ok(Table { columns, rows })
-}
-
-/// Counters are too wide for a table: a paragraph each, by group.
-fn counters_text() -> anyhow::Result<String> {
-    let mut out = String::new();
-    let mut groups: Vec<&str> = Vec::new();
-    for counter in COUNTERS {
-        if !groups.contains(&counter.group) {
-            groups.push(counter.group);
-        }
-    }
-    for group in groups {
-        out += &format!("{group}\n");
-        for counter in COUNTERS.iter().filter(|counter| counter.group == group) {
-            out += &format!("  {} [{}]: {}\n", counter.id, counter.unit, counter.name);
-            out += &format!("      {}", counter.formula);
-            if !counter.denominator.is_empty() {
-                out += &format!(" (per {})", counter.denominator);
-            }
-            out.push('\n');
-        }
-    }
-    for profiler in Profiler::all()? {
-        for group in profiler.groups() {
-            out += &format!("\n{}: {group}\n", profiler.name);
-            for info in profiler.counters.iter().filter(|info| info.group == group) {
-                out += &vendor_text(info);
-            }
-        }
-    }
-    out += "\nFigures of the GPU in these formulas\n";
-    for figure in GPU_FIGURES {
-        out += &format!("  {}: {}\n", figure.name, figure.meaning);
-    }
-    Ok(out)
-}
-
-fn vendor_text(info: &VendorInfo) -> String {
-    let VendorInfo { name, hardware, gpus, group: _, unit, definition, source: _, note, formula } = info;
-    let mut out = format!("  {name} [{unit}]: {definition}");
-    if !hardware.is_empty() {
-        out += &format!(" ({hardware}; GPUs: {gpus})");
-    }
-    out += "\n      ";
-    match formula {
-        Formula::Known(formula) if note.is_empty() => out += formula.text(),
-        Formula::Known(formula) => out += &format!("{}; {note}", formula.text()),
-        Formula::Absent { reason } => out += &format!("absent: {reason}"),
-    }
-    out.push('\n');
-    out
-}
-
 impl Table {
     fn text(&self) -> String {
         let heading: Vec<String> = self.columns.iter().map(|column| (*column).to_owned()).collect();
@@ -232,6 +152,12 @@ impl Table {
             out.push('\n');
         }
         out
+    }
+
+    fn markdown(&self) -> String {
+        let rule = vec!["---".to_owned(); self.columns.len()];
+        let heading: Vec<String> = self.columns.iter().map(|column| (*column).to_owned()).collect();
+        [heading, rule].iter().chain(&self.rows).map(|cells| markdown_row(cells)).collect()
     }
 
     fn json(&self) -> String {
@@ -257,4 +183,10 @@ impl Table {
         }
         Ok(String::from_utf8(table.into_inner()?)?)
     }
+}
+
+/// A line of a table in Markdown.
+fn markdown_row<S: AsRef<str>>(cells: &[S]) -> String {
+    let cells = cells.iter().map(|cell| format!(" {} |", cell.as_ref().replace('|', "\\|")));
+    format!("|{}\n", cells.collect::<String>())
 }

@@ -109,6 +109,16 @@ fn lists_name_what_the_other_commands_take() {
 }
 
 #[test]
+fn a_list_can_be_a_table_in_markdown() {
+    let markdown = raybudget(["list", "layouts", "--format", "markdown"]).ok();
+    let lines: Vec<&str> = markdown.lines().collect();
+    let columns = "| layout | bytes per triangle with normals | of these in a second buffer, for shading |";
+    assert_eq!(lines[..2], [columns, "| --- | --- | --- |"]);
+    assert_eq!(lines.len(), 2 + gpumodel::PrimitiveLayout::ALL.len());
+    assert!(lines[2].starts_with("| padded | "), "{markdown}");
+}
+
+#[test]
 fn the_list_of_counters_gives_each_its_unit_formula_and_denominator() {
     let text = raybudget(["list", "counters"]).ok();
     for counter in gpumodel::COUNTERS {
