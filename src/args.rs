@@ -167,14 +167,14 @@ pub(crate) struct ReplayArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct CompareArgs {
-    /// Built-in scenes, .obj, .obj.zst, .gltf, .glb, or scene files .toml.
-    #[arg(default_value = DEFAULT_SCENE, value_name = "SCENE")]
-    pub(crate) scenes: Vec<String>,
+    /// Built-in scenes, .obj, .obj.zst, .gltf, .glb, or scene files .toml; or finished reports (.json), which nothing varies.
+    #[arg(default_value = DEFAULT_SCENE, value_name = "SCENE|REPORT.json")]
+    pub(crate) subjects: Vec<String>,
     /// What varies: traversal, ct-ci, short-stack, node-format, ray-sets, force, spp, shadow-query, gpu, technique, layout,
     /// primitive-order, node-records, node-order, ray-unit, alpha, micromap-level, an option of reflections such as binning, or a
     /// figure of the GPU such as cache.uche.size; with values as in layout=padded+split, ct-ci=3:1.5+1:3.5,
     /// ray-sets=mirror+hard-shadows:ao, cache.uche.size=65536+131072, else all of them; ct-ci=fine is a grid of 36.
-    #[arg(long, value_name = "AXIS[=V+V]", value_delimiter = ',', required = true)]
+    #[arg(long, value_name = "AXIS[=V+V]", value_delimiter = ',')]
     pub(crate) vary: Vec<String>,
     /// What to print.
     #[arg(long, value_enum, default_value_t = Format::Text)]

@@ -55,6 +55,31 @@ impl Recorded {
 }
 
 impl Within {
+    /// How far figures of several frames may be off, in sentences: the largest errors that are known, and of how many they are not.
+    pub(crate) fn told<'a>(all: impl Iterator<Item = &'a Self>) -> Vec<String> {
+        let (mut known, mut unknown): (Option<(f64, f64, &str)>, usize) = (None, 0);
+        for within in all {
+            match within {
+                Self::Known { frame_time, dram_bytes, basis, .. } => {
+                    let (time, bytes, _) = known.unwrap_or((0.0, 0.0, ""));
+                    known = Some((time.max(*frame_time), bytes.max(*dram_bytes), basis));
+                }
+                Self::Unknown { .. } => unknown += 1,
+            }
+        }
+        let bound = known.map(|(time, bytes, basis)| {
+            format!(
+                "Frame times within {} %, bytes of DRAM within {} % of the simulated ones: {}.",
+                units::digits(time * 100.0),
+                units::digits(bytes * 100.0),
+                basis.trim_end_matches('.')
+            )
+        });
+        let rest =
+            (unknown > 0).then(|| format!("Of {unknown} frames it is not known; their reports say why."));
+        bound.into_iter().chain(rest).collect()
+    }
+
     /// Of a frame that was replayed as a whole, where `simulated` says why it cannot be simulated event by event, if it cannot.
     pub fn replayed(simulated: Result<(), &str>) -> Self {
         if let Err(why) = simulated {

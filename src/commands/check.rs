@@ -1,6 +1,7 @@
 //! `raybudget check`: holds the counters of frames against a budget.
 
 use super::compare::check_scenes;
+use super::{is_report, read_report};
 use crate::Outcome;
 use crate::args::{CheckArgs, CheckFormat, DEFAULT_SCENE, FrameArgs, MachineArgs};
 use crate::console;
@@ -13,8 +14,8 @@ use crate::report::{self, Before};
 use crate::settings::{FrameSettings, start_threads};
 use anyhow::{anyhow, bail};
 use gpumodel::Maps;
+use reports::Report;
 use reports::budget::{self, Accepted, Baseline, Budget, Severity};
-use reports::{Report, json};
 use std::path::Path;
 
 pub(crate) fn run(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Outcome> {
@@ -88,7 +89,7 @@ fn subjects(args: &CheckArgs, budget: &Budget) -> anyhow::Result<Subjects> {
     }
     let subject = args.subject.as_deref().unwrap_or(DEFAULT_SCENE);
     let path = Path::new(subject);
-    if path.extension().is_some_and(|extension| extension == "json") {
+    if is_report(path) {
         if has_options {
             bail!(
                 "{}: a finished report takes no options of a frame or a machine; leave them out",
@@ -200,9 +201,4 @@ impl Earlier {
             _ => Vec::new(),
         }
     }
-}
-
-fn read_report(path: &Path) -> anyhow::Result<Report> {
-    let text = read_text(path, "a report (.json)")?;
-    Ok(json::read(&text, &path.display().to_string())?)
 }

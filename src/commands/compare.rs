@@ -1,7 +1,8 @@
 //! `raybudget compare`: several frames side by side, each trace made once.
 
+use super::{is_report, read_report};
 use crate::Outcome;
-use crate::args::{CompareArgs, Format, FrameArgs};
+use crate::args::{CompareArgs, Format, FrameArgs, MachineArgs};
 use crate::console;
 use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
@@ -15,9 +16,19 @@ use anyhow::bail;
 use gpumodel::Maps;
 use reports::chart::MatrixChart;
 use reports::comparison::{self, Comparison, Variant};
+use reports::{Report, html};
 use std::path::Path;
 
 pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> {
+    let reports = args.subjects.iter().filter(|subject| is_report(Path::new(subject))).count();
+    if reports > 0 {
+        return of_reports(args, reports == args.subjects.len());
+    }
+    if args.vary.is_empty() {
+        bail!(
+            "compare: nothing varies; add --vary, such as --vary traversal, or give finished reports (.json)"
+        );
+    }
     let variations =
         args.vary.iter().map(|text| Variation::parse(text)).collect::<anyhow::Result<Vec<_>>>()?;
     let mut points = Variation::points(&variations, &args.frame, &args.machine)?;
@@ -34,17 +45,17 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
     }
     points.retain(|point| meaningless(point).is_none());
     let groups = by_trace(&points)?;
-    check_scenes(&args.scenes)?;
+    check_scenes(&args.subjects)?;
     start_threads(args.run.threads)?;
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
     if let Some(folder) = &folder {
-        folder.check(&["comparison.md", "comparison.csv", "comparison.json"])?;
+        folder.check(&TABLES)?;
     }
 
-    let several_scenes = args.scenes.len() > 1;
+    let several_scenes = args.subjects.len() > 1;
     let mut variants: Vec<(usize, usize, Variant)> = Vec::new();
     let mut maps: Vec<Mapped> = Vec::new();
-    for (scene_index, spec) in args.scenes.iter().enumerate() {
+    for (scene_index, spec) in args.subjects.iter().enumerate() {
         let scene = LoadedScene::load(spec)?;
         for group in &groups {
             console::status(&format!("{spec}: {}", group.settings.traversal.name()));
@@ -70,12 +81,39 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
     variants.sort_by_key(|&(scene, point, _)| (scene, point));
     let axes = several_scenes.then(|| "scene".to_owned());
     let comparison = Comparison {
-        title: args.scenes.join(", "),
+        title: args.subjects.join(", "),
         axes: axes.into_iter().chain(variations.iter().map(|v| v.axis.name().to_owned())).collect(),
         variants: variants.into_iter().map(|(_, _, variant)| variant).collect(),
     };
     if let Some(folder) = folder {
         folder.write_all(&files(&comparison, &maps, &variations)?)?;
+    }
+    print(&comparison, args.format)?;
+    Ok(Outcome::Done)
+}
+
+/// Tables, and the page.
+const TABLES: [&str; 4] = ["comparison.html", "comparison.md", "comparison.csv", "comparison.json"];
+
+/// Finished reports, side by side.
+fn of_reports(args: &CompareArgs, only: bool) -> anyhow::Result<Outcome> {
+    let has_options = args.frame != FrameArgs::default() || args.machine != MachineArgs::default();
+    if !only || has_options || !args.vary.is_empty() {
+        bail!(
+            "compare: finished reports (.json) are compared as they are; leave out scenes, --vary and options of a frame or a machine"
+        );
+    }
+    let mut reports: Vec<(String, Report)> = Vec::new();
+    for path in &args.subjects {
+        if reports.iter().any(|(name, _)| name == path) {
+            bail!("{path}: given twice; give each report once");
+        }
+        reports.push((path.clone(), read_report(Path::new(path))?));
+    }
+    let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
+    let comparison = Comparison::of_reports(reports);
+    if let Some(folder) = folder {
+        folder.write_all(&files(&comparison, &[], &[])?)?;
     }
     print(&comparison, args.format)?;
     Ok(Outcome::Done)
@@ -140,12 +178,14 @@ fn files(
     maps: &[Mapped],
     variations: &[Variation],
 ) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let mut drawn: Vec<html::Chart> = Vec::new();
     let mut files: Vec<(String, Vec<u8>)> = vec![
         ("comparison.md".to_owned(), comparison::markdown::write(comparison).into()),
         ("comparison.csv".to_owned(), comparison::csv_table::write(comparison).into()),
         ("comparison.json".to_owned(), comparison::json::write(comparison).into()),
     ];
-    let mut picture = |stem: &str, svg: String, png: Vec<u8>| {
+    let mut picture = |title: &str, stem: &str, svg: String, png: Vec<u8>| {
+        drawn.push(html::Chart { title: title.to_owned(), svg: svg.clone() });
         files.push((format!("{stem}.svg"), svg.into_bytes()));
         files.push((format!("{stem}.png"), png));
     };
@@ -153,15 +193,16 @@ fn files(
     if let (Some(axis), [_]) = (costs, variations) {
         let scene_axes = comparison.axes.len() - variations.len();
         for (stem, chart) in cost_matrices(comparison, scene_axes + axis) {
-            picture(&stem, chart.svg()?, chart.png()?);
+            picture(&chart.title, &stem, chart.svg()?, chart.png()?);
         }
     }
     for (stem, chart) in comparison.charts() {
         // A comparison of many values has too many bars to draw; its tables have them all.
         if let (Ok(svg), Ok(png)) = (chart.svg(), chart.png()) {
-            picture(&stem, svg, png);
+            picture(&chart.title, &stem, svg, png);
         }
     }
+    files.push(("comparison.html".to_owned(), html::comparison(comparison, &drawn).into()));
     files.extend(panels(maps)?);
     Ok(files)
 }

@@ -20,8 +20,21 @@ pub(crate) mod whatif;
 
 use crate::args::{Format, ReportArgs};
 use crate::console;
+use crate::output::read_text;
 use crate::report::{Answer, ReportFiles};
-use reports::{csv_table, json, text};
+use reports::{Report, csv_table, json, text};
+use std::path::Path;
+
+/// Whether a path names a finished report.
+fn is_report(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "json")
+}
+
+/// Reads a finished report.
+fn read_report(path: &Path) -> anyhow::Result<Report> {
+    let text = read_text(path, "a report (.json)")?;
+    Ok(json::read(&text, &path.display().to_string())?)
+}
 
 /// Opens the files that a report was asked to be written into.
 fn open_report_files(args: &ReportArgs) -> anyhow::Result<Option<ReportFiles>> {

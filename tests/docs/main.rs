@@ -44,6 +44,7 @@ pages! {
     the_page_on_the_first_profile_is_true = "docs/first-profile.md",
     the_page_on_reports_is_true = "docs/report.md",
     the_page_on_comparing_is_true = "docs/comparing.md",
+    the_page_on_sweeps_is_true = "docs/sweeping.md",
     the_page_on_budgets_is_true = "docs/budgets.md",
     the_page_on_gpus_is_true = "docs/your-gpu.md",
     the_page_on_techniques_is_true = "docs/your-technique.md",

@@ -39,13 +39,14 @@ pub struct AttributedPart {
 impl Attribution {
     fn new(what: &'static str, unit: &'static str, before: &[(&str, f64)], after: &[(&str, f64)]) -> Self {
         let mut parts: Vec<AttributedPart> = Vec::new();
-        let mut add = |name: &str, before: f64, after: f64| match parts.iter_mut().find(|part| part.name == name) {
-            Some(part) => {
-                part.before += before;
-                part.after += after;
-            }
-            None => parts.push(AttributedPart { name: name.to_owned(), before, after }),
-        };
+        let mut add =
+            |name: &str, before: f64, after: f64| match parts.iter_mut().find(|part| part.name == name) {
+                Some(part) => {
+                    part.before += before;
+                    part.after += after;
+                }
+                None => parts.push(AttributedPart { name: name.to_owned(), before, after }),
+            };
         before.iter().for_each(|&(name, figure)| add(name, figure, 0.0));
         after.iter().for_each(|&(name, figure)| add(name, 0.0, figure));
         parts.sort_by(|a, b| b.change().abs().total_cmp(&a.change().abs()));
@@ -133,7 +134,9 @@ mod tests {
         assert!((points + 14.5).abs() < 1e-12, "{points}");
         assert_eq!(
             made.sentence().as_deref(),
-            Some("DRAM bytes -14 %: primitives -31 % (-15.5), image from nothing (+2.0), nodes -2.5 % (-1.0)")
+            Some(
+                "DRAM bytes -14 %: primitives -31 % (-15.5), image from nothing (+2.0), nodes -2.5 % (-1.0)"
+            )
         );
     }
 

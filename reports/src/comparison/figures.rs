@@ -59,7 +59,7 @@ impl Comparison {
     }
 
     /// Why figures of the tables are absent, in sentences.
-    pub(super) fn absences(&self) -> Vec<String> {
+    pub(crate) fn absences(&self) -> Vec<String> {
         let mut known: Vec<(&str, &str, Vec<String>)> = Vec::new();
         for Column { id, heading } in &COLUMNS {
             for variant in &self.variants {
@@ -97,14 +97,14 @@ impl Variant {
 }
 
 /// A figure relative to the first; 1 where both are 0, none where only the first is.
-pub(super) fn ratio(number: Option<f64>, first: Option<f64>) -> Option<f64> {
+pub(crate) fn ratio(number: Option<f64>, first: Option<f64>) -> Option<f64> {
     let (number, first) = (number?, first?);
     let ratio = if number == first { 1.0 } else { number / first };
     ratio.is_finite().then_some(ratio)
 }
 
 /// A ratio in words: percent of difference from half to double, a factor of three digits beyond.
-fn difference(ratio: f64) -> String {
+pub(super) fn difference(ratio: f64) -> String {
     let percent = (ratio - 1.0) * 100.0;
     match ratio {
         1.0 => "0 %".to_owned(),

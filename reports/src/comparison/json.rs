@@ -1,6 +1,6 @@
 //! The comparison as JSON, schema 1: each variant with its whole report. Its JSON Schema is published as [`SCHEMA_TEXT`].
 
-use super::Comparison;
+use super::{Attribution, Comparison};
 use crate::report::Report;
 use serde::Serialize;
 
@@ -23,6 +23,8 @@ struct Raw<'a> {
 #[derive(Serialize)]
 struct RawVariant<'a> {
     values: Vec<&'a str>,
+    /// Of what the differences from the first variant are made.
+    attributions: Vec<Attribution>,
     report: &'a Report,
 }
 
@@ -38,6 +40,7 @@ pub fn write(comparison: &Comparison) -> String {
             .iter()
             .map(|variant| RawVariant {
                 values: (0..axes.len()).map(|axis| variant.value(axis)).collect(),
+                attributions: comparison.attributions(variant),
                 report: &variant.report,
             })
             .collect(),

@@ -28,12 +28,21 @@ pub fn write(comparison: &Comparison) -> String {
         });
         out += &line(&axes.chain(figures).chain([escaped(variant.deciding_bound())]).collect::<Vec<_>>());
     }
-    let absences = comparison.absences();
-    if !absences.is_empty() {
-        out += "\nAbsent:\n\n";
-        absences.iter().for_each(|sentence| out += &format!("- {}\n", escaped(sentence)));
-    }
+    list(
+        &mut out,
+        "What the differences from the first are made of; in brackets, percent of its total",
+        &comparison.attributed(),
+    );
+    list(&mut out, "How far the figures may be off", &comparison.errors());
+    list(&mut out, "Absent", &comparison.absences());
     out
+}
+
+fn list(out: &mut String, title: &str, sentences: &[String]) {
+    if !sentences.is_empty() {
+        *out += &format!("\n{title}:\n\n");
+        sentences.iter().for_each(|sentence| *out += &format!("- {}\n", escaped(sentence)));
+    }
 }
 
 fn line(cells: &[String]) -> String {

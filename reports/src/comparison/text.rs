@@ -1,10 +1,13 @@
 //! The comparison as tables for a terminal: one row for each variant; columns that do not fit into a line go into a
-//! further table. Below stands why figures are absent.
+//! further table. Below stands of what differences are made, and why figures are absent.
 
 use super::Comparison;
 use super::figures::{BOUND, COLUMNS};
 use crate::columns::{Column, GAP, write_rows};
 use crate::text::{LINE_WIDTH, Style, sentences};
+
+/// Variants whose differences are told in words.
+const MOST_ATTRIBUTED: usize = 24;
 
 /// The whole comparison as text with a final line feed.
 pub fn write(comparison: &Comparison, style: Style) -> String {
@@ -39,6 +42,13 @@ pub fn write(comparison: &Comparison, style: Style) -> String {
         out.push('\n');
         write_rows(&mut out, &axes.iter().chain(table).collect::<Vec<_>>(), 2, style);
     }
+    let mut attributed = comparison.attributed();
+    if attributed.len() > MOST_ATTRIBUTED {
+        attributed = vec!["JSON and HTML say it of each variant; these are too many.".to_owned()];
+    }
+    let title = "What the differences from the first are made of; in brackets, percent of its total";
+    sentences(&mut out, title, &attributed, style);
+    sentences(&mut out, "How far the figures may be off", &comparison.errors(), style);
     sentences(&mut out, "Absent", &comparison.absences(), style);
     out
 }

@@ -1,8 +1,9 @@
-//! The report as one page of HTML that asks the network for nothing.
+//! A report, or a comparison of several, as one page of HTML that asks the network for nothing.
 //!
 //! Everything but the maps can be read without a script: tables are written here, and the scripts sort and filter them, show what counters
 //! mean, and look up pixels. The same report gives the same bytes but for the section "This run".
 
+mod comparison;
 mod counters;
 mod energy;
 mod facts;
@@ -15,6 +16,7 @@ mod sustained;
 mod time;
 mod traffic;
 
+pub use comparison::comparison;
 pub use pixels::PixelMap;
 pub use rays::{Ray, RayEnd, RaySample};
 
@@ -72,19 +74,23 @@ pub fn write(report: &Report, pictures: &Pictures<'_>) -> Result<String, Unpaint
         ("left-out", "Left out, and estimates", facts::honesty(report)),
         ("run", "This run", facts::run(&report.run)),
     ];
+    let title = format!("{} on {}", report.inputs.scene, report.inputs.gpu);
+    Ok(page(&title, &summary::heading(report), &sections))
+}
+
+/// A page of sections: id, title, body.
+fn page(title: &str, heading: &str, sections: &[(&str, &str, String)]) -> String {
     let there = || sections.iter().filter(|(_, _, body)| !body.is_empty());
     let links: String = there().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
     let body: String = there().map(|(id, title, body)| section(id, title, body)).collect();
-    let title = format!("{} on {}", report.inputs.scene, report.inputs.gpu);
-    let (title, heading) = (Escaped(&title), summary::heading(report));
-    let (colours, scripts) = (colours(), SCRIPTS.concat());
-    Ok(format!(
+    let (title, colours, scripts) = (Escaped(title), colours(), SCRIPTS.concat());
+    format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
          <title>{title}</title>\n<style>\n{colours}{STYLE}</style>\n<script>document.documentElement.classList.add(\"js\");</script>\n</head>\n<body>\n\
          {heading}<nav aria-label=\"Sections\">\n{links}</nav>\n<main>\n{body}</main>\n<div id=\"tip\" role=\"tooltip\" hidden></div>\n<script>\n{scripts}</script>\n</body>\n</html>\n"
-    ))
+    )
 }
 
 fn chart(Chart { title, svg }: &Chart) -> String {

@@ -29,7 +29,8 @@ pub fn write(sweep: &Sweep, style: Style) -> String {
         Some(format!("{}: {reason}.", shown(sweep, &point.values)))
     });
     sentences(&mut out, "Points without figures", &failed.collect::<Vec<_>>(), style);
-    sentences(&mut out, "How far the figures may be off", &errors(sweep), style);
+    let stated = sweep.points.iter().filter_map(|point| point.outcome.as_ref().ok()?.within.as_ref());
+    sentences(&mut out, "How far the figures may be off", &Within::told(stated), style);
     out
 }
 
@@ -97,29 +98,4 @@ fn write_effects(out: &mut String, sweep: &Sweep, style: Style) {
     );
     let columns: Vec<&Column> = [&axis, &value].into_iter().chain(&ratios).collect();
     write_rows(out, &columns, 1, style);
-}
-
-/// The largest error that is stated for any point, and how many points have none.
-fn errors(sweep: &Sweep) -> Vec<String> {
-    let stated = sweep.points.iter().filter_map(|point| point.outcome.as_ref().ok()?.within.as_ref());
-    let (mut known, mut unknown): (Option<(f64, f64, &str)>, usize) = (None, 0);
-    for within in stated {
-        match within {
-            Within::Known { frame_time, dram_bytes, basis, .. } => {
-                let (time, bytes, _) = known.unwrap_or((0.0, 0.0, ""));
-                known = Some((time.max(*frame_time), bytes.max(*dram_bytes), basis));
-            }
-            Within::Unknown { .. } => unknown += 1,
-        }
-    }
-    let bound = known.map(|(time, bytes, basis)| {
-        format!(
-            "Frame times within {:.3} %, bytes of DRAM within {:.3} % of the simulated ones: {}.",
-            time * 100.0,
-            bytes * 100.0,
-            basis.trim_end_matches('.')
-        )
-    });
-    let rest = (unknown > 0).then(|| format!("Of {unknown} points it is not known; their files say why."));
-    bound.into_iter().chain(rest).collect()
 }
