@@ -3,6 +3,7 @@
 mod accuracy;
 mod alpha;
 mod bad_input;
+mod bring_your_own;
 mod cache;
 mod compare;
 mod determinism;
@@ -20,6 +21,7 @@ mod stereo;
 mod support;
 mod sustained;
 mod timed;
+mod timeline;
 mod two_level;
 mod vendor;
 mod verify;
