@@ -65,7 +65,6 @@ pub fn write(reports: &[(&str, &Report)]) -> String {
         events.extend(slice(FRAMES, name, &report.counters, begin, now));
     }
     let file = json!({
-        "displayTimeUnit": "ms",
         "otherData": {
             "tool": reports.first().map(|(_, report)| &report.tool),
             "times": "modelled; passes one after the other, counters constant within a pass, 0 where a pass has none",
@@ -126,7 +125,7 @@ fn slice(track: u32, name: &str, counters: &Counters, begin: Clock, end: Clock) 
 /// Where each counter track goes with a pass. A track that any pass has goes to 0 in one that has no such figure, as the figure of the pass
 /// before would stay otherwise.
 fn tracks(reports: &[(&str, &Report)], counters: &Counters, begin: Clock) -> Vec<Value> {
-    let any_has = |id| {
+    let any_has = |id: &str| {
         let mut passes = reports.iter().flat_map(|(_, report)| &report.passes);
         passes.any(|pass| figure(&pass.counters, id).is_some())
     };

@@ -94,7 +94,7 @@ fn the_examples_in_c_and_python_write_the_same_trace_and_its_steps_lead_to_its_h
             }
         }
     }
-    // The hills fill most of the lower half of the picture, and the light is high above them.
+    // The hills fill more than half of the picture, and the light is low enough for some to lie in the shadow of others.
     assert!((1500..3500).contains(&hits) && lit > hits / 2 && lit < hits, "{hits} hits, {lit} in the light");
 }
 

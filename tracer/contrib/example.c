@@ -160,13 +160,13 @@ static uint32_t trace(rbt_tile *tile, const ray *r, double *end, int any) {
 }
 
 static void trace_pixel(rbt_tile *tile, uint32_t number) {
-    static const double light[3] = {2.0, 9.0, 1.0};
-    ray r = {{4.0, 5.0, -6.0}, {0.0, 0.0, 1.0}};
+    static const double light[3] = {-2.0, 2.5, 4.0};
+    ray r = {{4.0, 5.0, -3.0}, {0.0, 0.0, 1.0}};
     double end = 1e30;
     uint32_t triangle;
     int axis;
     r.direction[0] = ((tile->x + number % tile->width + 0.5) / WIDTH - 0.5) * 1.6;
-    r.direction[1] = (0.5 - (tile->y + number / tile->width + 0.5) / HEIGHT) * 1.6 - 0.45;
+    r.direction[1] = (0.5 - (tile->y + number / tile->width + 0.5) / HEIGHT) * 1.6 - 0.9;
     rbt_begin_ray(tile, 0, number);
     triangle = trace(tile, &r, &end, 0);
     rbt_end_ray(tile, triangle);

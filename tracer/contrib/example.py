@@ -12,7 +12,7 @@ from rbt_writer import MISS, NODE, POP, PRIMITIVE, PUSH, Header, Node, RaySet, T
 
 QUADS, WIDTH, HEIGHT, LEAF, STACK = 8, 70, 64, 4, 16
 Vector = tuple[float, float, float]
-LIGHT: Vector = (2.0, 9.0, 1.0)
+LIGHT: Vector = (-2.0, 2.5, 4.0)
 
 
 def make_hills() -> list[list[Vector]]:
@@ -128,10 +128,10 @@ def trace(bvh: Bvh, tile: Tile, origin: Vector, direction: Vector, end: float, a
 
 
 def trace_pixel(bvh: Bvh, tile: Tile, number: int) -> None:
-    origin: Vector = (4.0, 5.0, -6.0)
+    origin: Vector = (4.0, 5.0, -3.0)
     direction: Vector = (
         ((tile.x + number % tile.width + 0.5) / WIDTH - 0.5) * 1.6,
-        (0.5 - (tile.y + number // tile.width + 0.5) / HEIGHT) * 1.6 - 0.45,
+        (0.5 - (tile.y + number // tile.width + 0.5) / HEIGHT) * 1.6 - 0.9,
         1.0,
     )
     tile.begin_ray(0, number)
