@@ -43,7 +43,8 @@ fn passes_follow_one_another_to_the_nanosecond_and_make_up_the_frame() {
     let report = with_passes(times.iter().map(|&ms| pass("p", ms, None)).collect());
     let events = events(&timeline::write(&[("frame", &report)]));
     let slices = of_phase(&events, "X");
-    let (frame, passes): (Vec<_>, Vec<_>) = slices.iter().partition(|slice| slice["name"] == "frame");
+    let (frame, passes): (Vec<&Json>, Vec<&Json>) =
+        slices.into_iter().partition(|slice| slice["name"] == "frame");
     // One of a tenth of a nanosecond is not seen.
     assert_eq!((frame.len(), passes.len()), (1, 4));
     let nanoseconds = |slice: &Json, key: &str| {

@@ -499,7 +499,7 @@ static rbt_status rbt_check_header(rbt_writer *w, const rbt_header *h) {
     if (strcmp(h->accel, "two-level") && !h->node_format != !!strcmp(h->accel, "wide-bvh"))
         return rbt_fail(w, RBT_MISUSE, "node_format belongs to wide-bvh, perhaps to two-level, and to no other");
     if (h->stack_entries > 65536 || h->short_stack > 65536)
-        return rbt_fail(w, RBT_MISUSE, "a stack of more than 65536 entries");
+        return rbt_fail(w, RBT_MISUSE, "stacks of 0 to 65536 entries expected");
     if (h->trail_bits != 0 && h->trail_bits != 32 && h->trail_bits != 64)
         return rbt_fail(w, RBT_MISUSE, "trail_bits of %u, 0, 32 or 64 expected", (unsigned)h->trail_bits);
     if (!isfinite(h->sah_costs[0]) || !isfinite(h->sah_costs[1]))

@@ -16,7 +16,7 @@ rbt_writer.h, its twin in C.
 What does not fit the format raises a ValueError, what the disk refuses an OSError. The file has another name until finish() renames it; left
 without it, also by an exception, the `with` block leaves no file.
 
-Tiles only read their writer: they can be filled and encoded (Tile.end) by several threads or processes, and are written in rising order by one.
+Tiles only read their writer: several can be filled and encoded (Tile.end) at once, by a thread each, and one thread writes them in rising order.
 
 The data are in zstd frames, but not compressed. `Writer(..., compress=f)` compresses them, where `f` makes a zstd frame of bytes, such as
 `compression.zstd.compress` of Python 3.14.
@@ -216,8 +216,9 @@ class Header:
             _check_name("node_format", self.node_format, _NODE_FORMATS)
         if self.accel != "two-level" and (self.node_format is not None) != (self.accel == "wide-bvh"):
             raise ValueError("node_format belongs to wide-bvh, perhaps to two-level, and to no other")
-        if not 0 <= max(self.stack_entries, self.short_stack) <= 65536:
-            raise ValueError("a stack of more than 65536 entries")
+        stacks = (self.stack_entries, self.short_stack)
+        if min(stacks) < 0 or max(stacks) > 65536:
+            raise ValueError("stacks of 0 to 65536 entries expected")
         if not 0 <= self.scene_hash < 1 << 64:
             raise ValueError(f"a scene_hash of {self.scene_hash}, 0 to 2^64 - 1 expected")
         if self.trail_bits not in (0, 32, 64):

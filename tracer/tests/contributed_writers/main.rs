@@ -23,7 +23,7 @@ fn read(path: &Path) -> Recorded {
 
 /// That every writer makes a file of `recorded` in which a reader finds the same.
 fn assert_comes_back(programs: &Programs, recorded: &Recorded, what: &str) {
-    for program in &programs.copies {
+    for program in &programs.all {
         let path = programs.folder.path().join("copy.rbt");
         program.run(&[path.as_ref()], &listing(recorded)).unwrap_or_else(|error| panic!("{what}: {error}"));
         assert!(read(&path) == *recorded, "{what} by {}", program.name);
@@ -48,7 +48,7 @@ fn image(view: View) -> Rays {
 
 #[test]
 fn what_raybudget_records_comes_back_from_both_writers_for_every_traversal() {
-    let programs = Programs::new();
+    let programs = Programs::new("rewrite");
     let formats = NodeFormat::ALL.map(|format| Traversal::WideStack { format });
     for traversal in Traversal::ALL.into_iter().chain(formats) {
         let recorded = traced(traversal, image);
@@ -62,12 +62,12 @@ fn a_list_of_rays_comes_back_from_both_writers() {
     let rays = |view: View| Rays::List((0..2500).map(|i| view.primary_ray(i % 50, i / 50)).collect());
     let recorded = traced(Traversal::BvhStack, rays);
     assert_eq!(recorded.tiles.len(), 3);
-    assert_comes_back(&Programs::new(), &recorded, "a list");
+    assert_comes_back(&Programs::new("rewrite"), &recorded, "a list");
 }
 
 #[test]
 fn two_levels_of_several_meshes_come_back_from_both_writers() {
-    let programs = Programs::new();
+    let programs = Programs::new("rewrite");
     let scene = scenes::builtin("cornell").expect("a built-in scene");
     let triangles = scene.triangles();
     let meshes = [triangles[..17].to_vec(), triangles[17..].to_vec()];
@@ -93,7 +93,7 @@ fn two_levels_of_several_meshes_come_back_from_both_writers() {
 
 #[test]
 fn every_kind_of_ray_comes_back_from_both_writers_and_rays_that_are_left_out_were_not_cast() {
-    let programs = Programs::new();
+    let programs = Programs::new("rewrite");
     // The first byte tells the fuzzer that a file follows.
     let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/trace_file/ray_sets.rbt");
     let bytes = std::fs::read(kept).expect("a file of the repository").split_off(1);
@@ -123,7 +123,7 @@ fn a_tile_larger_than_a_block_of_its_frame_comes_back_from_both_writers() {
         }
     }
     assert!(recorded.steps() > 2 << 17);
-    assert_comes_back(&Programs::new(), &recorded, "a large tile");
+    assert_comes_back(&Programs::new("rewrite"), &recorded, "a large tile");
 }
 
 #[test]
@@ -137,12 +137,12 @@ fn texts_and_optional_keys_come_back_from_both_writers() {
     recorded.header.node_fetch = NodeFetch::Single;
     recorded.header.remarks.notes = vec!["half of it is sky".to_owned()];
     recorded.stalls = 3;
-    assert_comes_back(&Programs::new(), &recorded, "texts");
+    assert_comes_back(&Programs::new("rewrite"), &recorded, "texts");
 }
 
 #[test]
 fn checksums_of_both_writers_are_those_of_the_reference_at_every_length_and_seed() {
-    let programs = Programs::new();
+    let programs = Programs::new("checksum");
     let data: Vec<u8> = (0..1_usize << 14).map(|i| (i * i % 251) as u8).collect();
     let lengths = (9..=600).chain([1023, 1024, 1025, 1088, 1089, 2048, 2049, 5000, 1 << 14]);
     let cases: Vec<(usize, u64)> =
@@ -152,14 +152,14 @@ fn checksums_of_both_writers_are_those_of_the_reference_at_every_length_and_seed
         writeln!(asked, "{length} {seed}").expect("a string grows");
         writeln!(expected, "{:016x}", xxh3_64_with_seed(&data[..length], seed)).expect("a string grows");
     }
-    for program in &programs.hashes {
+    for program in &programs.all {
         let printed = program.run(&[], &asked).unwrap_or_else(|error| panic!("{error}"));
         assert!(printed == expected, "{}", program.name);
     }
 }
 
 /// Misuse, as a change of a small sound listing, and what both writers say.
-const MISUSES: [(&str, &str, &str); 29] = [
+const MISUSES: [(&str, &str, &str); 30] = [
     // Rays and steps.
     ("0 1 -1 1 3 0", "0 1 -1 1 8 0", "a step of kind 8, below 8 expected"),
     ("0 1 -1 1 3 0", "0 1 -1 1 3 2", "a Node step with id 2, below 2 expected"),
@@ -177,6 +177,11 @@ const MISUSES: [(&str, &str, &str); 29] = [
     // Tiles.
     ("\n1\n0 3", "\n1\n1 3", "tile 1 of 1"),
     ("\n1\n0 3", "\n0\n0 3", "1 tiles of 1 are missing"),
+    (
+        "\n1\n0 3\n0 1 -1 1 3 0\n0 0 1 3 3 0 3 1 6 1\n1 0 -1 1 3 0\n",
+        "\n2\n0 3\n0 1 -1 1 3 0\n0 0 1 3 3 0 3 1 6 1\n1 0 -1 1 3 0\n0 3\n0 1 -1 1 3 0\n0 0 1 3 3 0 3 1 6 1\n1 0 -1 1 3 0\n",
+        "tile 0 is written where tile 1 is expected",
+    ),
     // The header.
     ("0 2 1 0\n", "0 0 1 0\n", "an image of 1 to 32768 pixels per edge or a list of 1 to 2^30 rays expected"),
     ("0 2 1 0\n", "0 2 1 1\n", "an image of 1 to 32768 pixels per edge or a list of 1 to 2^30 rays expected"),
@@ -199,7 +204,7 @@ const MISUSES: [(&str, &str, &str); 29] = [
         "node_format belongs to wide-bvh, perhaps to two-level, and to no other",
     ),
     ("while-while\n4 0 0", "while-while\n4 0 16", "trail_bits of 16, 0, 32 or 64 expected"),
-    ("while-while\n4 0 0", "while-while\n65537 0 0", "a stack of more than 65536 entries"),
+    ("while-while\n4 0 0", "while-while\n65537 0 0", "stacks of 0 to 65536 entries expected"),
     // The tree.
     ("0 1 2 0\n", "0 0 2 0\n", "node 0 leads to 2 from 0: children lie behind it, and nothing leads outside"),
     ("1 1 1 0\n", "1 1 2 0\n", "node 2 leads to 2 from 1: children lie behind it, and nothing leads outside"),
@@ -209,9 +214,9 @@ const MISUSES: [(&str, &str, &str); 29] = [
 
 #[test]
 fn misuse_is_refused_by_both_writers_in_the_same_words_and_leaves_no_file() {
-    let programs = Programs::new();
+    let programs = Programs::new("rewrite");
     let sound = small();
-    for program in &programs.copies {
+    for program in &programs.all {
         let path = programs.folder.path().join(format!("small-{}.rbt", program.name));
         program.run(&[path.as_ref()], &sound).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(read(&path).steps(), 5);

@@ -6,11 +6,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
-/// Programs that write traces, and those that print checksums, of each writer whose language is there.
+/// A program of each writer whose language is there.
 pub(crate) struct Programs {
     pub(crate) folder: TempDir,
-    pub(crate) copies: Vec<Program>,
-    pub(crate) hashes: Vec<Program>,
+    pub(crate) all: Vec<Program>,
 }
 
 /// A program and how it is started.
@@ -20,26 +19,22 @@ pub(crate) struct Program {
 }
 
 impl Programs {
-    pub(crate) fn new() -> Self {
+    /// Those of the sources `name.c` and `name.py`.
+    pub(crate) fn new(name: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/contributed_writers");
-        let (mut copies, mut hashes) = (Vec::new(), Vec::new());
-        for (name, programs) in [("rewrite", &mut copies), ("checksum", &mut hashes)] {
-            if is_there("cc", "--version") {
-                let (source, built) = (sources.join(format!("{name}.c")), folder.path().join(name));
-                compile(&source, &built);
-                programs.push(Program { name: "c", start: vec![built.into()] });
-            }
-            // Of an older Python the annotations are no syntax.
-            if is_there("python3", "-cimport sys; sys.exit(sys.version_info < (3, 9))") {
-                let source = sources.join(format!("{name}.py"));
-                programs.push(Program {
-                    name: "python",
-                    start: vec!["python3".into(), "-B".into(), source.into()],
-                });
-            }
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/contributed_writers").join(name);
+        let mut all = Vec::new();
+        if is_there("cc", "--version") {
+            let built = folder.path().join(name);
+            compile(&source.with_extension("c"), &built);
+            all.push(Program { name: "c", start: vec![built.into()] });
         }
-        Self { folder, copies, hashes }
+        // Of an older Python the annotations are no syntax.
+        if is_there("python3", "-cimport sys; sys.exit(sys.version_info < (3, 9))") {
+            let start = vec!["python3".into(), "-B".into(), source.with_extension("py").into()];
+            all.push(Program { name: "python", start });
+        }
+        Self { folder, all }
     }
 }
 
