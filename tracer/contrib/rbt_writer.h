@@ -169,7 +169,7 @@ typedef struct rbt_tile {
     int ended;
 } rbt_tile;
 
-/* Opens PATH.part and writes the header and the tree. Also begins an object that failed before. */
+/* Opens PATH.part and writes the header and the tree. Also after an error rbt_finish or rbt_abandon frees the writer. */
 rbt_status rbt_begin(rbt_writer *writer, const char *path, const rbt_header *header, const rbt_tree *tree);
 /* The same for "two-level": a TLAS over instances, the mesh of each instance, and a BLAS for each mesh. Nodes of all trees are numbered together:
  * the TLAS from 0, and each BLAS from the next even number; references of BLASes together, one BLAS after the other. */
