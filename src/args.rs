@@ -543,7 +543,8 @@ pub(crate) struct ReportArgs {
     /// What to print.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
-    /// Also write report.html, report.txt, report.json, counters.csv and heat maps of node fetches, bytes, misses and divergence into this folder.
+    /// Also write report.html, report.txt, report.json, counters.csv, timeline.json (for ui.perfetto.dev) and heat maps of node fetches, bytes, misses and
+    /// divergence into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -14,7 +14,9 @@ use gpumodel::reflections::ReflectionMaps;
 use gpumodel::{Attempt, Estimate, Maps, PrimitiveOrder, RayScheduling, Replayed, Sampled, Sampler};
 use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
-use reports::{Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text};
+use reports::{
+    Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text, timeline,
+};
 use std::path::Path;
 use std::sync::Arc;
 use tracer::{
@@ -362,6 +364,7 @@ pub(crate) struct ReportFiles {
     json: OutputFile,
     csv: OutputFile,
     html: OutputFile,
+    timeline: OutputFile,
     folder: OutputFolder,
 }
 
@@ -375,6 +378,7 @@ impl ReportFiles {
             json: folder.file("report.json")?,
             csv: folder.file("counters.csv")?,
             html: folder.file("report.html")?,
+            timeline: folder.file("timeline.json")?,
             folder,
         })
     }
@@ -382,7 +386,7 @@ impl ReportFiles {
     /// Writes all files. Of pictures those that the frame has: a list of rays has no pixels and so no heat maps.
     pub(crate) fn write(self, answer: &Answer) -> anyhow::Result<()> {
         // Bindings drop from the last to the first.
-        let Self { folder, text, json, csv, html } = self;
+        let Self { folder, text, json, csv, html, timeline } = self;
         let Answer { report, .. } = answer;
         let wasted = pictures::wasted_by_reflections(answer);
         let pictures = Pictures::new(answer, wasted.as_deref());
@@ -391,6 +395,7 @@ impl ReportFiles {
             json.written(json::write(report).as_bytes())?,
             csv.written(csv_table::write(report).as_bytes())?,
             html.written(pictures.page(answer)?.as_bytes())?,
+            timeline.written(timeline::write(&[("frame", report)]).as_bytes())?,
         ];
         if report.inputs.width.is_none() {
             console::warn("a list of rays has no pixels: no heat maps are written");

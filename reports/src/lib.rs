@@ -3,7 +3,7 @@
 //! [`text`] is for people, [`html`] for people with a browser, [`json`] and [`csv_table`] for programs, [`heat_map`], [`chart`] and [`image`](mod@image) for eyes, [`comparison`] for several
 //! reports side by side, [`vendor`] for the names of the makers' profilers, [`budget`] for gates, [`claims`] for statements of others,
 //! [`hardware`] for measurements of others, [`sweep`] for many frames that differ in their options, [`accuracy`] for one rung of fidelity against another, [`stability`](mod@stability) for the
-//! suite of numerical stability, [`thermal`](mod@thermal) for integrators of temperatures. Every writer takes the same value, so that no
+//! suite of numerical stability, [`thermal`](mod@thermal) for integrators of temperatures, [`timeline`] for the Perfetto UI. Every writer takes the same value, so that no
 //! two of them can disagree. A counter that a scene or a GPU does not have keeps the reason for its absence through all of
 //! them. The crate writes into memory and never prints.
 
@@ -34,6 +34,7 @@ pub mod sustained;
 pub mod sweep;
 pub mod text;
 pub mod thermal;
+pub mod timeline;
 pub mod two_eyes;
 mod units;
 pub mod vendor;

@@ -14,7 +14,7 @@ use crate::two_eyes::{self, TwoEyes};
 use anyhow::bail;
 use rayon::prelude::*;
 use reports::image::{Rgb, write_png};
-use reports::{digits, json};
+use reports::{digits, json, timeline};
 use scenes::{Feature, Vec3};
 use std::fmt::Write;
 use tracer::reflections::GBuffer;
@@ -35,6 +35,9 @@ const FILES: [&str; 5] = ["left.png", "right.png", "right-traced.png", "traced-p
 /// The reports, with a GPU: of each eye as it is with reuse, and traced as a whole.
 const REPORTS: [&str; 4] = ["left.json", "right.json", "left-traced.json", "right-traced.json"];
 
+/// Both eyes with reuse, one after the other.
+const TIMELINE: &str = "timeline.json";
+
 pub(crate) fn run(args: &StereoArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let settings = FrameSettings::new(&args.frame)?;
     let machine = match args.machine.gpu {
@@ -52,6 +55,7 @@ pub(crate) fn run(args: &StereoArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     folder.check(&FILES)?;
     if machine.is_some() {
         folder.check(&REPORTS)?;
+        folder.check(&[TIMELINE])?;
     }
     let scene = LoadedScene::load(&args.scene)?;
     let frame = Frame::build(&scene, &settings)?;
@@ -76,6 +80,9 @@ pub(crate) fn run(args: &StereoArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         files.extend(
             reports.map(|(name, answer)| (name.to_owned(), json::write(&answer.report).into_bytes())),
         );
+        let [left, right] = &modelled.reusing;
+        let eyes = [("left eye", &left.report), ("right eye", &right.report)];
+        files.push((TIMELINE.to_owned(), timeline::write(&eyes).into_bytes()));
     }
     folder.write_all(&files)?;
     console::print(&text)?;

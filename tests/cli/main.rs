@@ -3,6 +3,7 @@
 mod accuracy;
 mod alpha;
 mod bad_input;
+mod bring_your_own;
 mod cache;
 mod compare;
 mod determinism;
@@ -22,6 +23,7 @@ mod support;
 mod sustained;
 mod sweep;
 mod timed;
+mod timeline;
 mod two_level;
 mod vendor;
 mod verify;

@@ -211,6 +211,6 @@ fn rays_from_a_file_are_traced_one_by_one() {
     assert!(ran.stderr.contains("no heat map"), "{}", ran.stderr);
     assert_eq!(
         names_in(&dir.path().join("out")),
-        ["counters.csv", "report.html", "report.json", "report.txt"]
+        ["counters.csv", "report.html", "report.json", "report.txt", "timeline.json"]
     );
 }

@@ -144,7 +144,7 @@ fn on_a_gpu_both_eyes_have_reports_and_what_is_answered_is_not_traced() {
     let out = folder();
     let options = ["--size", "96x64", "--force", "mirror", "-o", arg(out.path())];
     let text = raybudget(["stereo", "cornell"].iter().chain(&ON_SGRT).chain(&options)).ok();
-    let mut all = [&FILES[..], &REPORTS].concat();
+    let mut all = [&FILES[..], &REPORTS, &["timeline.json"]].concat();
     all.sort_unstable();
     assert_eq!(names_in(out.path()), all);
     for part in [

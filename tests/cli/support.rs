@@ -9,7 +9,7 @@ use tempfile::TempDir;
 pub(crate) const SMALL: [&str; 2] = ["--size", "40x36"];
 
 /// What a folder of a report holds.
-pub(crate) const REPORT_FILES: [&str; 8] = [
+pub(crate) const REPORT_FILES: [&str; 9] = [
     "counters.csv",
     "divergence.png",
     "dram-lines.png",
@@ -18,6 +18,7 @@ pub(crate) const REPORT_FILES: [&str; 8] = [
     "report.html",
     "report.json",
     "report.txt",
+    "timeline.json",
 ];
 
 /// What a run left behind.
