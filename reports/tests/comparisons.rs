@@ -39,6 +39,7 @@ fn comparison() -> Comparison {
             variant(&["crytek_sponza", "stack", "padded"], with(15.3, 8192, 1 << 19)),
             variant(&["crytek_sponza", "restart, trail", "padded"], with(31.0, 2048, 0)),
         ],
+        remarks: vec![],
     }
 }
 
@@ -207,7 +208,12 @@ fn figures_of_charts_are_scaled_and_those_per_pixel_divided() {
 fn wide_figures_take_a_logarithmic_scale_but_not_with_a_0() {
     let scale = |reads: [u64; 2]| {
         let variants = reads.map(|read| variant(&["a", &read.to_string()], with(1.0, 1, read))).to_vec();
-        let comparison = Comparison { title: String::new(), axes: vec!["a".into(), "b".into()], variants };
+        let comparison = Comparison {
+            title: String::new(),
+            axes: vec!["a".into(), "b".into()],
+            variants,
+            remarks: vec![],
+        };
         chart(&comparison, "sp-memory-read").expect("a chart").scale
     };
     assert_eq!(scale([10, 1000]), Scale::Log);
@@ -222,7 +228,7 @@ fn an_axis_with_too_many_values_for_a_legend_becomes_groups() {
         variant(&[&gpu, &ct], with(1.0 + f64::from(index), 1, 1))
     });
     let axes = vec!["gpu".into(), "ct".into()];
-    let comparison = Comparison { title: "many".into(), axes, variants: variants.collect() };
+    let comparison = Comparison { title: "many".into(), axes, variants: variants.collect(), remarks: vec![] };
     let chart = chart(&comparison, "frame-time").expect("a chart");
     assert_eq!((chart.groups.len(), chart.series.len()), (17, 2));
     assert!(chart.svg().is_ok());

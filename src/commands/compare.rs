@@ -84,6 +84,7 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
         title: args.subjects.join(", "),
         axes: axes.into_iter().chain(variations.iter().map(|v| v.axis.name().to_owned())).collect(),
         variants: variants.into_iter().map(|(_, _, variant)| variant).collect(),
+        remarks: Vec::new(),
     };
     if let Some(folder) = folder {
         folder.write_all(&files(&comparison, &maps, &variations)?)?;

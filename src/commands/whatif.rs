@@ -12,6 +12,7 @@ use crate::settings::start_threads;
 use crate::vary::{Axis, Variation};
 use gpumodel::{Launch, Maps};
 use reports::comparison::{self, Comparison, Variant};
+use reports::html;
 use tracer::{NodeFetch, TileSource, TraceFile, TraceHeader};
 
 /// What rays are binned in: every reflection ray is traced, from a list as they arrive.
@@ -37,7 +38,7 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let trace = trace?;
     let folder = args.out.as_deref().map(OutputFolder::create).transpose()?;
     if let Some(folder) = &folder {
-        folder.check(&["whatif.md", "whatif.csv", "whatif.json"])?;
+        folder.check(&["whatif.html", "whatif.md", "whatif.csv", "whatif.json"])?;
     }
 
     let changes = if asked.is_empty() { every_change(trace.header())? } else { asked };
@@ -62,10 +63,20 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     };
     // The unchanged frame leads; the changes follow, the best first.
     variants[1..].sort_by(|a, b| time(a).total_cmp(&time(b)));
-    let comparison =
-        Comparison { title: trace.header().scene.clone(), axes: vec!["change".to_owned()], variants };
+    let mut comparison = Comparison {
+        title: trace.header().scene.clone(),
+        axes: vec!["change".to_owned()],
+        variants,
+        remarks: Vec::new(),
+    };
+    if !args.binning.is_empty() {
+        let of_bins = |variant: &&Variant| variant.values[0].starts_with("binning ");
+        let binned = comparison.variants.iter().filter(of_bins);
+        comparison.remarks = binned.filter_map(|variant| comparison.gross_and_net(variant)).collect();
+    }
     if let Some(folder) = folder {
         folder.write_all(&[
+            ("whatif.html".to_owned(), html::comparison(&comparison, &[]).into()),
             ("whatif.md".to_owned(), comparison::markdown::write(&comparison).into()),
             ("whatif.csv".to_owned(), comparison::csv_table::write(&comparison).into()),
             ("whatif.json".to_owned(), comparison::json::write(&comparison).into()),

@@ -304,3 +304,88 @@ fn outputs_that_cannot_be_written_are_refused_and_nothing_else_is_left() {
     assert!(ran.stderr.contains("this is a folder"), "{}", ran.stderr);
     assert_eq!(names_in(folder.path()), ["comparison.csv"]);
 }
+
+#[test]
+fn finished_reports_are_compared_as_they_are() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    for (name, accel) in [("before.json", "bvh"), ("after.json", "kd")] {
+        let report =
+            raybudget(["profile", "teapot", "--accel", accel, "--format", "json"].into_iter().chain(TINY))
+                .ok();
+        fs::write(path(name), report).expect("a file");
+    }
+    let (before, after) = (path("before.json"), path("after.json"));
+    let of_reports = |options: &[&str]| {
+        raybudget(["compare", arg(&before), arg(&after)].into_iter().chain(options.iter().copied()))
+    };
+    let json = of_reports(&["--format", "json"]).json();
+    assert!(validator().is_valid(&json));
+    assert_eq!(json["axes"], json!(["report", "accel", "primitive-order"]));
+    let read: Value = serde_json::from_str(&fs::read_to_string(&after).expect("a text")).expect("JSON");
+    assert_eq!(variants(&json)[1]["report"], read);
+
+    for (options, expected) in [
+        (&["--vary", "layout"][..], "compared as they are"),
+        (&["--size", "8x8"], "compared as they are"),
+        (&["cornell"], "compared as they are"),
+        (&[arg(&before)], "given twice"),
+    ] {
+        let ran = of_reports(options);
+        assert_eq!(ran.code, Some(2));
+        assert!(ran.stderr.contains(expected), "{}", ran.stderr);
+    }
+    let nothing = raybudget(["compare", "cornell"]);
+    assert!(nothing.code == Some(2) && nothing.stderr.contains("nothing varies"), "{}", nothing.stderr);
+}
+
+#[test]
+fn the_parts_of_a_difference_add_up_to_what_the_counters_say() {
+    let folder = folder();
+    let args = [
+        "compare",
+        "teapot",
+        "--vary",
+        "traversal=bvh-stack+kd-push-down",
+        "--format",
+        "json",
+        "-o",
+        arg(folder.path()),
+    ];
+    let json = raybudget(args.into_iter().chain(TINY)).json();
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let [first, other] = variants(&json) else { panic!("two variants") };
+    let counter = |variant: &Value, id: &str| number(&variant["report"]["counters"][id]["value"]);
+    let bytes = |variant: &Value| counter(variant, "dram_read_bytes") + counter(variant, "dram_write_bytes");
+    let time = |variant: &Value| counter(variant, "frame_time_ms");
+    let totals = [
+        ("DRAM bytes", bytes(first), bytes(other)),
+        ("frame time", time(first), time(other)),
+        ("frame time by pass", time(first), time(other)),
+    ];
+    let made = other["attributions"].as_array().expect("attributions");
+    assert_eq!(made.len(), totals.len());
+    for (made, (what, before, after)) in made.iter().zip(totals) {
+        assert_eq!(made["what"], what);
+        for (key, total) in [("before", before), ("after", after)] {
+            let sum: f64 =
+                made["parts"].as_array().expect("parts").iter().map(|part| number(&part[key])).sum();
+            let near = |figure: f64| (figure - total).abs() <= 1e-9 * total;
+            assert!(near(sum) && near(number(&made[key])), "{what} {key}: {sum} of {total}");
+        }
+    }
+    let page = read(folder.path(), "comparison.html");
+    for part in [
+        "<section id=\"attribution\">",
+        "<section id=\"counters\">",
+        "<svg",
+        "kd-push-down",
+        "within 13.80 %",
+    ] {
+        assert!(page.contains(part), "no {part}");
+    }
+    assert!(
+        !page.contains("http://") || page.contains("http://www.w3.org/2000/svg"),
+        "a page that asks the network"
+    );
+}

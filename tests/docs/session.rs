@@ -19,7 +19,7 @@ case " $* " in
     *" --size "* | *" --help "* | *" --rays "*) ;;
     *)
         case "$1 ${2-}" in
-            "check "*.json) ;;
+            "check "*.json | "compare "*.json) ;;
             "profile "* | "trace "* | "render "* | "stereo "* | "compare "* | "check "*) more="--size 64x64" ;;
         esac
         ;;

@@ -1,8 +1,9 @@
-//! What the difference of two frames is made of: bytes of DRAM by kind of buffer, time by what warps use or wait for.
+//! What the difference of two frames is made of: bytes of DRAM by kind of buffer, time by what warps use or wait for, and by pass.
 
 use super::figures::{difference, ratio};
 use super::{Comparison, Variant};
-use crate::report::{Buffer, Report};
+use crate::report::{Buffer, Pass, Report};
+use gpumodel::Pass as PassKind;
 use serde::Serialize;
 
 /// Parts of a difference that a sentence names.
@@ -98,7 +99,45 @@ fn times(report: &Report) -> Vec<(&str, f64)> {
     report.stack.iter().map(|part| (part.name.as_str(), 1e3 * part.seconds)).collect()
 }
 
+/// Milliseconds by pass.
+fn passes(report: &Report) -> Vec<(&str, f64)> {
+    report.passes.iter().filter_map(|pass| Some((pass.name.as_str(), pass_ms(pass)?))).collect()
+}
+
+fn pass_ms(pass: &Pass) -> Option<f64> {
+    pass.counters.get("frame_time_ms")?.value.as_f64()
+}
+
+/// Milliseconds of the passes that trace rays or shade what they hit, and of all others, which prepare them.
+fn traced_and_prepared(report: &Report) -> (f64, f64) {
+    let traces = |pass: &&Pass| {
+        let rays = pass.counters.get("rays").and_then(|rays| rays.value.as_f64());
+        rays.is_some_and(|rays| rays > 0.0) || pass.name == PassKind::HitShading.name()
+    };
+    let (traced, prepared): (Vec<&Pass>, Vec<&Pass>) = report.passes.iter().partition(traces);
+    let sum = |passes: &[&Pass]| passes.iter().filter_map(|pass| pass_ms(pass)).sum();
+    (sum(&traced), sum(&prepared))
+}
+
 impl Comparison {
+    /// Gross and net: what a variant gains over the first one in passes that trace rays or shade what they hit, and what it costs in those that
+    /// prepare them, such as sorting rays into bins. A sentence; none where a frame has no time.
+    pub fn gross_and_net(&self, variant: &Variant) -> Option<String> {
+        let first = self.variants.first()?;
+        let [before, after] = [first, variant].map(|variant| traced_and_prepared(&variant.report));
+        let (whole, gross, own) = (before.0 + before.1, after.0 - before.0, after.1 - before.1);
+        let told = |change: f64| format!("{change:+.4} ms ({:+.1} %)", 100.0 * change / whole);
+        (whole > 0.0).then(|| {
+            format!(
+                "{}: rays and shading {}, what prepares them {}, net {}.",
+                self.name(variant),
+                told(gross),
+                told(own),
+                told(gross + own)
+            )
+        })
+    }
+
     /// Of what the differences of a variant from the first one are made.
     pub fn attributions(&self, variant: &Variant) -> Vec<Attribution> {
         let Some(first) = self.variants.first() else { return Vec::new() };
@@ -106,6 +145,7 @@ impl Comparison {
         vec![
             Attribution::new("DRAM bytes", "B", &bytes(first), &bytes(other)),
             Attribution::new("frame time", "ms", &times(first), &times(other)),
+            Attribution::new("frame time by pass", "ms", &passes(first), &passes(other)),
         ]
     }
 

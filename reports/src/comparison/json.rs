@@ -17,6 +17,7 @@ struct Raw<'a> {
     tool: Option<&'a str>,
     title: &'a str,
     axes: &'a [String],
+    remarks: &'a [String],
     variants: Vec<RawVariant<'a>>,
 }
 
@@ -30,12 +31,13 @@ struct RawVariant<'a> {
 
 /// The comparison as indented JSON with a final line feed.
 pub fn write(comparison: &Comparison) -> String {
-    let Comparison { title, axes, variants } = comparison;
+    let Comparison { title, axes, variants, remarks } = comparison;
     let raw = Raw {
         schema: SCHEMA,
         tool: variants.first().map(|variant| variant.report.tool.as_str()),
         title,
         axes,
+        remarks,
         variants: variants
             .iter()
             .map(|variant| RawVariant {

@@ -33,6 +33,7 @@ pub fn write(comparison: &Comparison) -> String {
         "What the differences from the first are made of; in brackets, percent of its total",
         &comparison.attributed(),
     );
+    list(&mut out, "Remarks", &comparison.remarks);
     list(&mut out, "How far the figures may be off", &comparison.errors());
     list(&mut out, "Absent", &comparison.absences());
     out

@@ -28,6 +28,8 @@ pub struct Comparison {
     pub axes: Vec<String>,
     /// The variants; the others are told relative to the first.
     pub variants: Vec<Variant>,
+    /// What else is to be said, in sentences.
+    pub remarks: Vec<String>,
 }
 
 /// One of the reports.
@@ -91,6 +93,7 @@ impl Comparison {
                 .chain(keys.iter().map(|key| key.replace('_', "-")))
                 .collect(),
             variants: reports.into_iter().zip(&inputs).map(variant).collect(),
+            remarks: Vec::new(),
         }
     }
 

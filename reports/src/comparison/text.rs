@@ -48,6 +48,7 @@ pub fn write(comparison: &Comparison, style: Style) -> String {
     }
     let title = "What the differences from the first are made of; in brackets, percent of its total";
     sentences(&mut out, title, &attributed, style);
+    sentences(&mut out, "Remarks", &comparison.remarks, style);
     sentences(&mut out, "How far the figures may be off", &comparison.errors(), style);
     sentences(&mut out, "Absent", &comparison.absences(), style);
     out

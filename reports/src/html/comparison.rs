@@ -16,7 +16,7 @@ pub fn comparison(comparison: &Comparison, charts: &[Chart]) -> String {
         ("attribution", "What the differences are made of", attribution(comparison)),
         ("counters", "Counters", counters(comparison)),
         ("charts", "Charts", charts.iter().map(chart).collect()),
-        ("errors", "Errors and absent figures", honesty(comparison)),
+        ("errors", "Remarks, errors, absent figures", honesty(comparison)),
     ];
     let facts = [
         format!("{} variants", comparison.variants.len()),
@@ -31,7 +31,9 @@ pub fn comparison(comparison: &Comparison, charts: &[Chart]) -> String {
 
 fn honesty(comparison: &Comparison) -> String {
     let list = |title: &str, all: &[String]| sentences(title, all.iter().map(String::as_str));
-    list("How far the figures may be off", &comparison.errors()) + &list("Absent", &comparison.absences())
+    list("Remarks", &comparison.remarks)
+        + &list("How far the figures may be off", &comparison.errors())
+        + &list("Absent", &comparison.absences())
 }
 
 /// One row for each variant.
