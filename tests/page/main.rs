@@ -47,6 +47,18 @@ impl Small {
             let [trace, out] = [&trace, &out].map(|path| path.to_str().expect("UTF-8"));
             raybudget(&["trace", "atrium", "--size", &format!("{}x{}", SIZE[0], SIZE[1]), "-o", trace]);
             raybudget(&["replay", trace, "-o", out]);
+            let compared = small.folder.path().join("compared");
+            let compared = compared.to_str().expect("UTF-8");
+            raybudget(&[
+                "compare",
+                "cornell",
+                "--size",
+                "16x16",
+                "--vary",
+                "traversal,layout",
+                "-o",
+                compared,
+            ]);
             small
         })
     }
@@ -57,6 +69,11 @@ impl Small {
 
     fn page(&self) -> PathBuf {
         self.folder.path().join("out/report.html")
+    }
+
+    /// Of a comparison of many variants.
+    fn comparison(&self) -> PathBuf {
+        self.folder.path().join("compared/comparison.html")
     }
 
     /// What the model counts for each pixel, without the page.
@@ -100,25 +117,25 @@ fn figures_at(maps: &HeatMaps, [x, y]: [u32; 2]) -> Vec<u64> {
 }
 
 #[test]
-fn the_page_fits_every_window_asks_the_network_for_nothing_and_logs_no_error() {
-    let Some(browser) = Browser::or_skip("the page in four windows") else { return };
-    let mut backgrounds = Vec::new();
-    for width in [1280, 400] {
-        for scheme in ["light", "dark"] {
+fn pages_fit_every_window_ask_the_network_for_nothing_and_log_no_error() {
+    let Some(browser) = Browser::or_skip("pages in four windows") else { return };
+    for page in [Small::get().page(), Small::get().comparison()] {
+        let mut backgrounds = Vec::new();
+        for (width, scheme) in [(1280, "light"), (1280, "dark"), (400, "light"), (400, "dark")] {
             let window = Window { width, scheme };
-            browser.show(&Small::get().page(), window);
+            browser.show(&page, window);
             let root = browser.script("const { scrollWidth, clientWidth } = document.documentElement; return [scrollWidth, clientWidth, innerWidth]");
-            assert!(root[0].as_u64() <= root[1].as_u64(), "{window:?}: {root}");
-            assert_eq!(root[2], width, "{window:?}");
-            assert_eq!(browser.console(), Vec::<String>::new(), "{window:?}");
+            assert!(root[0].as_u64() <= root[1].as_u64(), "{page:?} {window:?}: {root}");
+            assert_eq!(root[2], width, "{page:?} {window:?}");
+            assert_eq!(browser.console(), Vec::<String>::new(), "{page:?} {window:?}");
             let asked =
                 browser.script("return performance.getEntriesByType('resource').map((entry) => entry.name)");
-            assert_eq!(asked, Value::Array(Vec::new()), "{window:?}");
+            assert_eq!(asked, Value::Array(Vec::new()), "{page:?} {window:?}");
             backgrounds.push(browser.text("return getComputedStyle(document.body).backgroundColor"));
         }
+        assert_eq!(backgrounds[..2], backgrounds[2..]);
+        assert_ne!(backgrounds[0], backgrounds[1], "light and dark");
     }
-    assert_eq!(backgrounds[..2], backgrounds[2..]);
-    assert_ne!(backgrounds[0], backgrounds[1], "light and dark");
 }
 
 /// Shown figures of a column of the table of bytes, as the rows stand.

@@ -66,8 +66,9 @@ impl Attribution {
         let told = |part: &AttributedPart| {
             let points = self.points(part).filter(|points| points.abs() >= LEAST_POINTS)?;
             let change = match ratio(Some(part.after), Some(part.before)) {
+                Some(0.0) => "gone".to_owned(),
                 Some(ratio) => difference(ratio),
-                None => "from nothing".to_owned(),
+                None => "new".to_owned(),
             };
             Some(format!("{} {change} ({points:+.1})", part.name))
         };
@@ -149,14 +150,13 @@ impl Comparison {
         ]
     }
 
-    /// The same in sentences, variant by variant.
+    /// The same in sentences, three for each variant.
     pub(crate) fn attributed(&self) -> Vec<String> {
-        let of_variant = |variant: &Variant| {
-            let sentences = self.attributions(variant);
-            let sentences: Vec<String> = sentences.iter().filter_map(Attribution::sentence).collect();
-            (!sentences.is_empty()).then(|| format!("{}: {}.", self.name(variant), sentences.join("; ")))
+        let of_variant = |variant: &Variant| -> Vec<String> {
+            let sentences = self.attributions(variant).into_iter().filter_map(|made| made.sentence());
+            sentences.map(|sentence| format!("{}: {sentence}.", self.name(variant))).collect()
         };
-        self.variants.iter().skip(1).filter_map(of_variant).collect()
+        self.variants.iter().skip(1).flat_map(of_variant).collect()
     }
 }
 
@@ -174,9 +174,7 @@ mod tests {
         assert!((points + 14.5).abs() < 1e-12, "{points}");
         assert_eq!(
             made.sentence().as_deref(),
-            Some(
-                "DRAM bytes -14 %: primitives -31 % (-15.5), image from nothing (+2.0), nodes -2.5 % (-1.0)"
-            )
+            Some("DRAM bytes -14 %: primitives -31 % (-15.5), image new (+2.0), nodes -2.5 % (-1.0)")
         );
     }
 

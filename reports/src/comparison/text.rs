@@ -6,8 +6,8 @@ use super::figures::{BOUND, COLUMNS};
 use crate::columns::{Column, GAP, write_rows};
 use crate::text::{LINE_WIDTH, Style, sentences};
 
-/// Variants whose differences are told in words.
-const MOST_ATTRIBUTED: usize = 24;
+/// Sentences that tell of what differences are made.
+const MOST_ATTRIBUTED: usize = 60;
 
 /// The whole comparison as text with a final line feed.
 pub fn write(comparison: &Comparison, style: Style) -> String {

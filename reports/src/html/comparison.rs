@@ -95,11 +95,8 @@ fn part_row(made: &Attribution, part: &AttributedPart) -> Option<Vec<Cell>> {
         Cell::Words(made.what.to_owned()),
         shown(part.before),
         shown(part.after),
-        change.map_or_else(
-            || Cell::Absent("the first has none".to_owned()),
-            |ratio| Cell::per_cent(ratio - 1.0),
-        ),
-        Cell::per_cent(points / 100.0),
+        change.map_or_else(|| Cell::Absent("the first has none".to_owned()), |ratio| signed(ratio - 1.0)),
+        signed(points / 100.0),
     ])
 }
 
@@ -154,7 +151,13 @@ fn figure(variant: &Variant, id: &str) -> Cell {
 fn change(comparison: &Comparison, variant: &Variant, id: &str) -> Cell {
     let first = comparison.variants.first().and_then(|first| number(first, id));
     match ratio(number(variant, id), first) {
-        Some(ratio) => Cell::per_cent(ratio - 1.0),
+        Some(ratio) => signed(ratio - 1.0),
         None => Cell::Absent("there is nothing to compare with".to_owned()),
     }
+}
+
+/// A difference in percent, as a part of 1.
+fn signed(part: f64) -> Cell {
+    let value = 100.0 * part;
+    Cell::Figure { shown: format!("{value:+.1}"), unit: None, value, exact: format!("{value} %") }
 }
