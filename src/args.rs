@@ -3,18 +3,22 @@
 //! These are raw settings; [`crate::settings`] and [`crate::machine`] check them and turn them into what the work needs.
 
 mod check;
+mod compare;
 mod machine;
 mod pictures;
 mod reflections;
 mod sweep;
 mod thermal;
+mod verify;
 
 pub(crate) use check::{CheckArgs, CheckFormat};
+pub(crate) use compare::{CompareArgs, WhatifArgs};
 pub(crate) use machine::MachineArgs;
 pub(crate) use pictures::{EyesArgs, RenderArgs, StereoArgs};
 pub(crate) use reflections::ReflectionArgs;
 pub(crate) use sweep::SweepArgs;
 pub(crate) use thermal::{SustainedArgs, ThermalArgs};
+pub(crate) use verify::{AccuracyArgs, ClaimsArgs, HardwareArgs, StabilityArgs, VerifyArgs, VerifyWhat};
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -161,199 +165,6 @@ pub(crate) struct ReplayArgs {
     pub(crate) sample: SampleArgs,
     #[command(flatten)]
     pub(crate) report: ReportArgs,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct CompareArgs {
-    /// Built-in scenes, .obj, .obj.zst, .gltf, .glb, or scene files .toml; or finished reports (.json), which nothing varies.
-    #[arg(default_value = DEFAULT_SCENE, value_name = "SCENE|REPORT.json")]
-    pub(crate) subjects: Vec<String>,
-    /// What varies: traversal, ct-ci, short-stack, node-format, ray-sets, force, spp, shadow-query, gpu, technique, layout,
-    /// primitive-order, node-records, node-order, ray-unit, alpha, micromap-level, an option of reflections such as binning, or a
-    /// figure of the GPU such as cache.uche.size; with values as in layout=padded+split, ct-ci=3:1.5+1:3.5,
-    /// ray-sets=mirror+hard-shadows:ao, cache.uche.size=65536+131072, else all of them; ct-ci=fine is a grid of 36.
-    #[arg(long, value_name = "AXIS[=V+V]", value_delimiter = ',')]
-    pub(crate) vary: Vec<String>,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Also write tables, charts and heat maps into this folder.
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) frame: FrameArgs,
-    #[command(flatten)]
-    pub(crate) machine: MachineArgs,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct WhatifArgs {
-    /// A trace file that `raybudget trace` wrote.
-    #[arg(value_name = "F.rbt")]
-    pub(crate) trace: PathBuf,
-    /// Other GPUs, by name or file.
-    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
-    pub(crate) gpu: Vec<String>,
-    /// Other figures of the GPU, such as cache.uche.line=128 or cache.uche.size=65536+262144; may be given again.
-    #[arg(long, value_name = "KEY=V+V")]
-    pub(crate) set: Vec<String>,
-    /// Other techniques, by name or file.
-    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
-    pub(crate) technique: Vec<String>,
-    /// Other primitive layouts.
-    #[arg(long, value_delimiter = ',', value_parser = PossibleValuesParser::new(gpumodel::PrimitiveLayout::ALL.map(gpumodel::PrimitiveLayout::name)))]
-    pub(crate) layout: Vec<String>,
-    /// Other orders of triangles.
-    #[arg(long, value_name = "ORDER", value_delimiter = ',', value_parser = PossibleValuesParser::new(gpumodel::PrimitiveOrder::ALL.map(gpumodel::PrimitiveOrder::name)))]
-    pub(crate) primitive_order: Vec<String>,
-    /// Other contents of node records.
-    #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = PossibleValuesParser::new(gpumodel::NodeRecords::ALL.map(gpumodel::NodeRecords::name)))]
-    pub(crate) node_records: Vec<String>,
-    /// Other orders of nodes.
-    #[arg(long, value_name = "ORDER", value_delimiter = ',', value_parser = PossibleValuesParser::new(gpumodel::NodeOrder::ALL.map(gpumodel::NodeOrder::name)))]
-    pub(crate) node_order: Vec<String>,
-    /// Bins into which workgroups sort the reflection rays of the trace: sign, octahedral-4x4, position-2, position-sign-1, or other numbers. The unchanged
-    /// frame is then that of these rays in the order in which they arrive. Without any of these options, every change of layout, order and technique is
-    /// tried.
-    #[arg(long, value_name = "BINS", value_delimiter = ',')]
-    pub(crate) binning: Vec<String>,
-    /// The GPU of the unchanged frame, by name or file.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(crate) base: Option<String>,
-    /// A file with the ALU and EFU costs of the shaders, instead of the built-in one.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) costs: Option<PathBuf>,
-    /// A file with the energies of events, memory and leakage, instead of the built-in one.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) energy: Option<PathBuf>,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Also write tables into this folder.
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct VerifyArgs {
-    #[command(subcommand)]
-    pub(crate) what: VerifyWhat,
-}
-
-#[derive(Debug, Subcommand)]
-pub(crate) enum VerifyWhat {
-    /// Say for each statement of a paper whether the model reproduces it.
-    Claims(ClaimsArgs),
-    /// Say how far the quick rung of fidelity is from the simulated one, frame by frame.
-    Accuracy(AccuracyArgs),
-    /// Run the access patterns of published measurements of real GPUs; exit code 1 when a row or a mean misses its limit.
-    Hardware(HardwareArgs),
-    /// Drive tracer, solvers and models to the ends of their ranges; exit code 1 when a case misses its limit.
-    Stability(StabilityArgs),
-    /// Hold the simulation of temperatures against closed forms, its integrators against each other; exit code 1 when a case misses its
-    /// limit.
-    Thermal(ThermalArgs),
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct HardwareArgs {
-    /// Only the rows of this GPU.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) gpu: Option<String>,
-    /// How the judging time is found: timed or replay. The other stands beside it.
-    #[arg(long, default_value = "timed", value_parser = ["timed", "replay"])]
-    pub(crate) fidelity: String,
-    /// Only the judging rung.
-    #[arg(long)]
-    pub(crate) quick: bool,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Also write the table and charts of the model beside what was published into this folder.
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct ClaimsArgs {
-    /// The paper: A is Sousa et al. 2019, acceleration structures on a mobile GPU; B is Lee et al. 2017, two eyes; C is Calvo Lista 2026, ray tracing and reflections on
-    /// Mali GPUs.
-    #[arg(long, value_name = "LETTER")]
-    pub(crate) paper: String,
-    /// Folder with the paper's scenes; built-in ones stand in for those that are not there.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) scenes: Option<PathBuf>,
-    /// Only see that it works: built-in scenes and small images.
-    #[arg(long)]
-    pub(crate) quick: bool,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Also write the verdicts, and for A the counterparts of its charts and heat maps, into this folder.
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct AccuracyArgs {
-    /// Built-in scene, .obj, .obj.zst, .gltf, .glb, or a scene file .toml; may be given again [default: cornell,
-    /// teapot, stadium, figure, atrium, soup].
-    #[arg(long, value_name = "SCENE")]
-    pub(crate) scene: Vec<String>,
-    /// A described GPU by name, or a file that describes one; may be given again [default: adreno-540, adreno-640, mali-g78,
-    /// mali-g715].
-    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
-    pub(crate) gpu: Vec<String>,
-    /// Structure and traversal; may be given again [default: bvh-parent-link, bvh-restart-trail, kd-push-down, kd-backtrack].
-    #[arg(long, value_name = "T", value_delimiter = ',')]
-    pub(crate) traversal: Vec<String>,
-    /// Size of the images in pixels [default: 256x256].
-    #[arg(long, value_name = "WxH")]
-    pub(crate) size: Option<String>,
-    /// Hold samples against the replay instead of the replay against the simulation [default: scene soup, 1024x1024, bvh-stack,
-    /// adreno-540].
-    #[arg(long)]
-    pub(crate) samples: bool,
-    /// Samples of each part [default: 20].
-    #[arg(long, value_name = "N", requires = "samples", value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub(crate) seeds: Option<u32>,
-    /// A part of the tiles; may be given again [default: 6%, 7.5%, 12%, 25%].
-    #[arg(long, value_name = "PART", requires = "samples", value_delimiter = ',')]
-    pub(crate) part: Vec<String>,
-    /// Only see that it works: two scenes, two traversals, two GPUs and small images, where these are not given.
-    #[arg(long)]
-    pub(crate) quick: bool,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Also write the tables and charts into this folder.
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct StabilityArgs {
-    /// Every case with fewer rays and smaller caches: rates of one in a million are then not seen.
-    #[arg(long)]
-    pub(crate) quick: bool,
-    /// What to print.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Also write the table into this folder.
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

@@ -110,23 +110,12 @@ fn counters(comparison: &Comparison) -> String {
     for info in
         COUNTERS.iter().filter(|info| variants.iter().any(|variant| number(variant, info.id).is_some()))
     {
-        let about =
-            [("Formula", info.formula), ("Unit", info.unit), ("Per", info.denominator), ("Id", info.id)];
-        let about = about.into_iter().filter(|(_, text)| !text.is_empty());
-        let name = Cell::Name {
-            name: info.name.to_owned(),
-            about: about.map(|(what, text)| (what, text.to_owned())).collect(),
-            series: None,
-        };
         let cells = variants.iter().enumerate().flat_map(|(index, variant)| {
             let change = (index > 0).then(|| change(comparison, variant, info.id));
             std::iter::once(figure(variant, info.id)).chain(change)
         });
-        let row: Vec<Cell> = std::iter::once(name).chain(cells).collect();
-        match groups.iter_mut().find(|group| group.title.as_deref() == Some(info.group)) {
-            Some(group) => group.rows.push(row),
-            None => groups.push(Group { title: Some(info.group.to_owned()), rows: vec![row] }),
-        }
+        let row = std::iter::once(Cell::counter_name(info)).chain(cells).collect();
+        Group::add(&mut groups, info.group, row);
     }
     let heads = variants.iter().enumerate().flat_map(|(index, variant)| {
         let change = (index > 0).then(|| Column::figures("%"));

@@ -11,10 +11,7 @@ pub(super) fn write(report: &Report) -> String {
     let mut groups: Vec<Group> = Vec::new();
     for info in COUNTERS {
         let Some(row) = row(info, report) else { continue };
-        match groups.iter_mut().find(|group| group.title.as_deref() == Some(info.group)) {
-            Some(group) => group.rows.push(row),
-            None => groups.push(Group { title: Some(info.group.to_owned()), rows: vec![row] }),
-        }
+        Group::add(&mut groups, info.group, row);
     }
     let table = Table {
         label: "Counters".to_owned(),
@@ -46,13 +43,7 @@ fn columns(report: &Report, with_margin: bool) -> Vec<Column> {
 fn row(info: &CounterInfo, report: &Report) -> Option<Vec<Cell>> {
     let counter = report.counters.get(info.id)?;
     counter.value.as_f64()?;
-    let about = [("Formula", info.formula), ("Unit", info.unit), ("Per", info.denominator), ("Id", info.id)];
-    let about = about.into_iter().filter(|(_, text)| !text.is_empty());
-    let name = Cell::Name {
-        name: info.name.to_owned(),
-        about: about.map(|(what, text)| (what, text.to_owned())).collect(),
-        series: None,
-    };
+    let name = Cell::counter_name(info);
     let of = |counters: &Counters| match counters.get(info.id) {
         Some(Counter { value, unit, .. }) => Cell::counter(value, unit),
         None => Cell::Absent("a pass has no such counter".to_owned()),

@@ -2,6 +2,7 @@
 
 use crate::counters::Value;
 use crate::units;
+use gpumodel::CounterInfo;
 use std::fmt;
 
 /// Text that a page shows as it is, in content and in quoted attributes.
@@ -64,6 +65,16 @@ pub(super) enum Cell {
     Absent(String),
 }
 
+impl Group {
+    /// Adds a row under a title.
+    pub(super) fn add(groups: &mut Vec<Self>, title: &str, row: Vec<Cell>) {
+        match groups.iter_mut().find(|group| group.title.as_deref() == Some(title)) {
+            Some(group) => group.rows.push(row),
+            None => groups.push(Self { title: Some(title.to_owned()), rows: vec![row] }),
+        }
+    }
+}
+
 impl Column {
     pub(super) fn words(title: &str) -> Self {
         Self { title: title.to_owned(), figures: false }
@@ -77,6 +88,15 @@ impl Column {
 impl Cell {
     pub(super) fn name(name: &str, series: usize) -> Self {
         Self::Name { name: name.to_owned(), about: Vec::new(), series: Some(series) }
+    }
+
+    /// A counter's name with its definition.
+    pub(super) fn counter_name(info: &CounterInfo) -> Self {
+        let about =
+            [("Formula", info.formula), ("Unit", info.unit), ("Per", info.denominator), ("Id", info.id)];
+        let about = about.into_iter().filter(|(_, text)| !text.is_empty());
+        let about = about.map(|(what, text)| (what, text.to_owned())).collect();
+        Self::Name { name: info.name.to_owned(), about, series: None }
     }
 
     /// A counter's figure with its unit.
