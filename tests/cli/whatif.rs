@@ -99,7 +99,7 @@ fn every_change_is_tried_unless_some_are_named_and_the_best_comes_first() {
         assert!(times[1..].is_sorted(), "{labels:?}: {times:?}");
         assert!(times[1] < times[0], "some change gains: {labels:?}: {times:?}");
 
-        assert_eq!(names_in(&out), ["whatif.csv", "whatif.json", "whatif.md"]);
+        assert_eq!(names_in(&out), ["whatif.csv", "whatif.html", "whatif.json", "whatif.md"]);
         assert_eq!(fs::read_to_string(out.join("whatif.json")).expect("a file"), printed);
         let csv = fs::read_to_string(out.join("whatif.csv")).expect("a file");
         assert_eq!(csv.lines().count(), 1 + labels.len() * gpumodel::COUNTERS.len());

@@ -3,10 +3,14 @@
 use crate::page::{Kind, Page};
 
 /// How they begin, and why. Checks of the model are another matter, see [`is_of_ci`].
-const NOT_RUN: [(&str, &str); 4] = [
+const NOT_RUN: [(&str, &str); 5] = [
     ("cargo install", "it builds for minutes, and installs"),
     ("cargo test", "it is what runs this test"),
     ("git ", "there is nowhere to clone from or to push to"),
+    (
+        "python3 ",
+        "a machine with Rust alone has none; tests/cli/bring_your_own.rs runs it where there is one",
+    ),
     ("mdbook ", "it is not a part of a Rust toolchain; .ci/run builds the book"),
 ];
 

@@ -19,7 +19,7 @@ case " $* " in
     *" --size "* | *" --help "* | *" --rays "*) ;;
     *)
         case "$1 ${2-}" in
-            "check "*.json | "compare "*.json) ;;
+            "check "*.json | "check --budget" | "compare "*.json) ;;
             "profile "* | "trace "* | "render "* | "stereo "* | "compare "* | "check "*) more="--size 64x64" ;;
         esac
         ;;
@@ -235,7 +235,9 @@ fn steps(workflow: &str) -> Vec<String> {
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let root = crate::root();
-    std::os::unix::fs::symlink(root.join("configs"), folder.path().join("configs")).expect("a link");
+    for name in ["configs", "tracer"] {
+        std::os::unix::fs::symlink(root.join(name), folder.path().join(name)).expect("a link");
+    }
     std::fs::create_dir(folder.path().join("docs")).expect("a folder");
     let files = root.join("tests/docs/files");
     for file in std::fs::read_dir(&files).unwrap_or_else(|error| panic!("{}: {error}", files.display())) {

@@ -2,7 +2,7 @@
 
 use super::figures::{difference, ratio};
 use super::{Comparison, Variant};
-use crate::report::{Buffer, Pass, Report};
+use crate::report::{Pass, Report, Traffic};
 use gpumodel::Pass as PassKind;
 use serde::Serialize;
 
@@ -89,10 +89,10 @@ impl AttributedPart {
     }
 }
 
-/// Bytes read from and written to DRAM by kind of buffer.
+/// Bytes read from and written to DRAM by kind of buffer, in all passes.
 fn bytes(report: &Report) -> Vec<(&str, f64)> {
-    let moved = |buffer: &Buffer| (buffer.dram_read_bytes + buffer.dram_write_bytes) as f64;
-    report.buffers.iter().map(|buffer| (buffer.name.as_str(), moved(buffer))).collect()
+    let moved = |traffic: &Traffic| (traffic.dram_read_bytes + traffic.dram_write_bytes) as f64;
+    report.traffic.iter().map(|traffic| (traffic.buffer.as_str(), moved(traffic))).collect()
 }
 
 /// Milliseconds by what warps use or wait for.
@@ -167,14 +167,16 @@ mod tests {
     #[test]
     fn the_parts_of_a_difference_add_up_to_it_and_the_largest_stands_first() {
         let before = [("nodes", 80.0), ("primitives", 100.0), ("stack", 20.0), ("frame", 0.0)];
-        let after = [("primitives", 69.0), ("nodes", 78.0), ("stack", 20.0), ("image", 4.0)];
+        let after = [("primitives", 69.0), ("nodes", 78.0), ("stack", 10.0), ("image", 5.0)];
         let made = Attribution::new("DRAM bytes", "B", &before, &after);
-        assert_eq!((made.before, made.after), (200.0, 171.0));
+        assert_eq!((made.before, made.after), (200.0, 162.0));
         let points: f64 = made.parts.iter().filter_map(|part| made.points(part)).sum();
-        assert!((points + 14.5).abs() < 1e-12, "{points}");
+        assert!((points + 19.0).abs() < 1e-12, "{points}");
         assert_eq!(
             made.sentence().as_deref(),
-            Some("DRAM bytes -14 %: primitives -31 % (-15.5), image new (+2.0), nodes -2.5 % (-1.0)")
+            Some(
+                "DRAM bytes -19 %: primitives -31 % (-15.5), stack -50 % (-5.0), image new (+2.5), nodes -2.5 % (-1.0)"
+            )
         );
     }
 
