@@ -96,8 +96,9 @@ fn buffer(estimate: &BufferEstimate) -> Buffer {
 fn traffic(estimate: &TrafficEstimate) -> Traffic {
     let TrafficEstimate { pass, buffer, levels, dram_read_bytes, dram_write_bytes } = estimate;
     let level = |level: &gpumodel::LevelTraffic| {
-        let gpumodel::LevelTraffic { name, lines, missed, bytes } = level;
-        LevelTraffic { name: name.clone(), lines: *lines, missed: *missed, bytes: *bytes }
+        let gpumodel::LevelTraffic { name, role, lines, missed, bytes } = level;
+        let role = Some(role.name().to_owned());
+        LevelTraffic { name: name.clone(), role, lines: *lines, missed: *missed, bytes: *bytes }
     };
     Traffic {
         pass: pass.name().to_owned(),

@@ -232,6 +232,9 @@ pub struct Traffic {
 pub struct LevelTraffic {
     /// The cache.
     pub name: String,
+    /// What counters call it: `l1`, `cluster`, `l2` or `slc`; nothing in reports of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// Lines asked for.
     pub lines: u64,
     /// Of these, lines that it did not have.

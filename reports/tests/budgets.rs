@@ -35,7 +35,7 @@ fn whole(report: Report) -> Baseline {
 
 /// The budget held against one frame.
 fn check(budget: &Budget, report: &Report, baseline: Option<&Baseline>) -> Result<Checked, Error> {
-    budget.checked(vec![budget.check("s", report, baseline)?])
+    budget.checked(vec![budget.check("s", report, baseline)?], vec![])
 }
 
 fn outcome(rules: &str, fetches: u64, baseline: Option<u64>) -> Outcome {
@@ -209,7 +209,7 @@ fn a_limit_that_is_for_no_frame_is_refused_where_all_are_or_the_budget_names_its
     let refused = |text: &str, name: &str| {
         let budget = Budget::parse(text, "b.toml").expect("a budget");
         let frames = vec![budget.check(name, &report(1.0, 2), None).expect("a check")];
-        budget.checked(frames).map(drop).map_err(|error| error.to_string())
+        budget.checked(frames, vec![]).map(drop).map_err(|error| error.to_string())
     };
     let error = refused(others, "s").expect_err("all are for others");
     assert!(

@@ -1,6 +1,6 @@
 //! `raybudget check`: holds the counters of frames against a budget.
 
-use super::compare::check_scenes;
+use super::compare::check_there;
 use super::{is_report, read_report};
 use crate::Outcome;
 use crate::args::{CheckArgs, CheckFormat, DEFAULT_SCENE, FrameArgs, MachineArgs};
@@ -24,22 +24,27 @@ pub(crate) fn run(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let before = args.baseline.as_deref().map(Earlier::read).transpose()?.flatten();
     let subjects = subjects(args, &budget)?;
     start_threads(args.run.threads)?;
-    let accept = args.accept.as_deref().map(OutputFile::create).transpose()?;
+    let accept = args.accept.as_deref().map(accepted_file).transpose()?;
     let frames = subjects.reports(meter)?;
     let mut accepted = Accepted::default();
     let mut checked = Vec::new();
     for (name, report) in &frames {
         let baseline = before.as_ref().map(|before| before.of(name, &frames)).transpose()?.flatten();
-        let frame = budget.check(name, report, baseline.as_ref())?;
+        let mut frame = budget.check(name, report, baseline.as_ref())?;
+        if before.is_some() && baseline.is_none() {
+            frame
+                .stale
+                .push("the baseline has no such frame; its limits on changes are not compared".to_owned());
+        }
         checked.push(if args.why { frame.explained(report, baseline.as_ref()) } else { frame });
         accepted.add(name, report, &budget);
     }
-    let checked = budget.checked(checked)?;
+    let gone = before.iter().flat_map(|before| before.gone(&frames)).collect();
+    let checked = budget.checked(checked, gone)?;
     if let Some(file) = accept {
         file.written(accepted.text().as_bytes())?.finish()?;
     }
-    for difference in checked.stale().into_iter().chain(before.iter().flat_map(|before| before.gone(&frames)))
-    {
+    for difference in checked.stale() {
         console::warn(&format!("stale baseline: {difference}"));
     }
     console::print(&match args.format {
@@ -51,6 +56,20 @@ pub(crate) fn run(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         CheckFormat::Github => budget::annotations(&checked),
     })?;
     Ok(if checked.failures(Severity::Hard) > 0 { Outcome::CheckFailed } else { Outcome::Done })
+}
+
+/// Opens the file for figures that are accepted; it takes the place of no other kind of file.
+fn accepted_file(path: &Path) -> anyhow::Result<OutputFile> {
+    let shown = path.display().to_string();
+    if path.is_file() {
+        let text = read_text(path, "figures that were accepted (.toml)")?;
+        if Accepted::parse(&text, &shown).is_err() {
+            bail!(
+                "{shown}: this is no file of accepted figures, and would be lost; give another name to --accept"
+            );
+        }
+    }
+    OutputFile::create(path)
 }
 
 /// What is held against the budget.
@@ -126,7 +145,7 @@ impl Subjects {
         let mut scenes: Vec<String> = frames.iter().map(|(_, asked)| asked.scene.clone()).collect();
         scenes.sort_unstable();
         scenes.dedup();
-        check_scenes(&scenes)?;
+        check_there(&scenes)?;
         let mut reports: Vec<(usize, String, Report)> = Vec::new();
         for spec in &scenes {
             let scene = LoadedScene::load(spec)?;
@@ -170,7 +189,7 @@ impl Earlier {
         Ok(Some(Self::Report(Box::new(read_report(path)?))))
     }
 
-    /// The baseline of a frame: the one of its name, or of a single frame the only one. Without it, with a warning, none.
+    /// The baseline of a frame: the one of its name, or of a single frame the only one.
     fn of(&self, name: &str, frames: &[(String, Report)]) -> anyhow::Result<Option<Baseline>> {
         match self {
             Self::Report(report) if frames.len() == 1 => Ok(Some(Baseline::Report(report.clone()))),
@@ -181,11 +200,6 @@ impl Earlier {
             Self::Accepted(accepted) => {
                 let only = if frames.len() == 1 { accepted.only() } else { None };
                 let found = accepted.frame(name).or(only);
-                if found.is_none() {
-                    console::warn(&format!(
-                        "the baseline has no frame '{name}'; its limits on changes are not compared"
-                    ));
-                }
                 Ok(found.map(|frame| Baseline::Accepted(Box::new(frame.clone()))))
             }
         }
@@ -194,7 +208,7 @@ impl Earlier {
     /// Frames that only the baseline has, in sentences.
     fn gone(&self, frames: &[(String, Report)]) -> Vec<String> {
         match self {
-            Self::Accepted(accepted) if frames.len() > 1 => {
+            Self::Accepted(accepted) if frames.len() > 1 || accepted.only().is_none() => {
                 let gone = accepted.names().filter(|name| frames.iter().all(|(known, _)| known != name));
                 gone.map(|name| format!("the baseline has a frame '{name}', the budget has none")).collect()
             }

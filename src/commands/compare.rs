@@ -120,19 +120,22 @@ fn of_reports(args: &CompareArgs, only: bool) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Refuses what would only be found after the first scene's work: a scene that is not there, or one that cannot be told from another.
+/// Refuses scenes that cannot be told from another by their names, and those that are not there.
 pub(super) fn check_scenes(specs: &[String]) -> anyhow::Result<()> {
     let name = |spec: &str| Path::new(spec).file_name().map(|name| name.to_string_lossy().into_owned());
     for (index, spec) in specs.iter().enumerate() {
         if specs[..index].iter().any(|other| name(other) == name(spec)) {
             bail!("{spec}: two scenes of this name cannot be told apart; give each once, or rename one");
         }
-        let is_builtin = scenes::BUILTINS.iter().any(|scene| scene.name == spec);
-        if !is_builtin && !Path::new(spec).exists() {
-            LoadedScene::load(spec)?;
-        }
     }
-    Ok(())
+    check_there(specs)
+}
+
+/// Refuses a scene that is not there, which would else only be found after the work on those before.
+pub(super) fn check_there(specs: &[String]) -> anyhow::Result<()> {
+    let is_there =
+        |spec: &str| scenes::BUILTINS.iter().any(|scene| scene.name == spec) || Path::new(spec).exists();
+    specs.iter().filter(|spec| !is_there(spec)).try_for_each(|spec| LoadedScene::load(spec).map(drop))
 }
 
 /// Prints a comparison.

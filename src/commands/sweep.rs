@@ -1,6 +1,6 @@
 //! `raybudget sweep`: what many frames cost that differ in their options.
 
-use super::compare::check_scenes;
+use super::compare::check_there;
 use crate::Outcome;
 use crate::args::{Format, SweepArgs};
 use crate::console;
@@ -13,26 +13,24 @@ use crate::settings::start_threads;
 use crate::sweep::{Plan, ReadyPoint, Store, scene_key};
 use anyhow::bail;
 use gpumodel::Maps;
+use reports::Report;
 use reports::sweep::{Figures, Sweep, SweptPoint, charts, csv_table, json, text};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Points of one trace that are replayed together, for each thread: a thread replays a point while others trace.
+/// Points of one traced frame that are replayed together, for each thread: a thread replays a point while others trace.
 const POINTS_PER_THREAD: usize = 2;
 
 pub(crate) fn run(args: &SweepArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let shown = args.plan.display().to_string();
     let plan = Plan::parse(&read_text(&args.plan, "a sweep (.toml)")?, &shown)?;
-    let checked = plan.points.iter().enumerate().map(|(index, point)| ReadyPoint::new(index, point));
-    let checked = checked.collect::<anyhow::Result<Vec<_>>>()?;
+    let checked = ReadyPoint::all(&plan, &shown)?;
     let ready: Vec<&ReadyPoint> = checked.iter().filter_map(|point| point.as_ref().ok()).collect();
-    if let (true, Some(Err(reason))) = (ready.is_empty(), checked.first()) {
-        bail!("{shown}: no point is left to replay, for {reason}; vary something else");
-    }
     let scenes = distinct(ready.iter().map(|point| point.scene.clone()));
-    check_scenes(&scenes)?;
+    check_there(&scenes)?;
     start_threads(args.run.threads)?;
     let store = Store::open(&args.out, args.resume)?;
-    store.check(&["sweep.csv", "columns.csv", "pareto.csv"])?;
+    let charts = plan.axes.iter().map(|axis| charts::effect_stem(&plan.axes, axis));
+    store.check(charts)?;
 
     let mut run = Run { store: &store, meter, ids: BTreeMap::new(), failures: BTreeMap::new() };
     for scene in scenes {
@@ -50,7 +48,7 @@ pub(crate) fn run(args: &SweepArgs, meter: &Meter) -> anyhow::Result<Outcome> {
             (_, Some(reason)) => Err(reason.clone()),
             // Read again even where they were just found: a sweep that was resumed has the same bytes.
             (Ok(_), None) => {
-                store.figures(&id)?.ok_or_else(|| "its file has gone; resume the sweep".to_owned())
+                store.figures(&id).ok_or_else(|| "its file has gone; resume the sweep".to_owned())
             }
         };
         let values = options.iter().map(|name| point.options.get(name).map(str::to_owned)).collect();
@@ -66,7 +64,7 @@ pub(crate) fn run(args: &SweepArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     })?;
     match failures.len() {
         0 => Ok(Outcome::Done),
-        failed => bail!("{failed} kinds of points failed; the table and the warnings above say why"),
+        failed => bail!("{failed} points or more have no figures; the table and the warnings above say why"),
     }
 }
 
@@ -91,7 +89,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Replays what is not known of the points of one scene, those of one trace together.
+    /// Replays what is not known of the points of one scene, those of the same traced frame together.
     fn scene(&mut self, spec: &str, points: &[&ReadyPoint]) -> anyhow::Result<()> {
         let scene = LoadedScene::load(spec)?;
         let key = scene_key(&scene.scene);
@@ -99,7 +97,7 @@ impl Run<'_> {
         let mut seen: BTreeSet<String> = BTreeSet::new();
         for &point in points {
             let id = point.id(key);
-            if seen.insert(id.clone()) && self.store.figures(&id)?.is_none() {
+            if seen.insert(id.clone()) && self.store.figures(&id).is_none() {
                 unknown.push(point);
             }
             self.ids.insert(point.index, id);
@@ -114,7 +112,7 @@ impl Run<'_> {
         groups.iter().try_for_each(|group| self.trace(&scene, group))
     }
 
-    /// Replays points of one trace, as many at once as threads are busy with.
+    /// Replays points of one traced frame, as many at once as threads are busy with.
     fn trace(&mut self, scene: &LoadedScene, points: &[&ReadyPoint]) -> anyhow::Result<()> {
         let frame = match Frame::build(scene, &points[0].settings) {
             Ok(frame) => frame,
@@ -128,13 +126,13 @@ impl Run<'_> {
             let (first, last) = (batch[0].index + 1, batch[batch.len() - 1].index + 1);
             console::status(&format!("{}: points {first} to {last}", scene.scene.name));
             match self.replay(&frame, batch, &before) {
-                Ok(figures) => self.keep(batch, &figures)?,
+                Ok(reports) => self.keep(batch, &reports)?,
                 Err(error) if batch.len() == 1 => self.fail(batch[0], &error),
                 // One of them fails: which?
                 Err(_) => {
                     for point in batch {
                         match self.replay(&frame, &[point], &before) {
-                            Ok(figures) => self.keep(&[point], &figures)?,
+                            Ok(reports) => self.keep(&[point], &reports)?,
                             Err(error) => self.fail(point, &error),
                         }
                     }
@@ -149,17 +147,17 @@ impl Run<'_> {
         frame: &Frame<'_>,
         points: &[&ReadyPoint],
         before: &Before,
-    ) -> anyhow::Result<Vec<Figures>> {
+    ) -> anyhow::Result<Vec<Report>> {
         let machines: Vec<Machine> = points.iter().map(|point| point.machine.clone()).collect();
         let answers = report::frame_answers(frame, &machines, Maps::Dropped, before, self.meter)?;
-        Ok(answers.iter().map(|answer| Figures::of(&answer.report)).collect())
+        Ok(answers.into_iter().map(|answer| answer.report).collect())
     }
 
-    fn keep(&self, points: &[&ReadyPoint], figures: &[Figures]) -> anyhow::Result<()> {
-        points
-            .iter()
-            .zip(figures)
-            .try_for_each(|(point, figures)| self.store.keep(&self.ids[&point.index], figures))
+    fn keep(&self, points: &[&ReadyPoint], reports: &[Report]) -> anyhow::Result<()> {
+        let keep = |(point, report): (&&ReadyPoint, &Report)| {
+            self.store.keep(&Figures::of(&self.ids[&point.index], report))
+        };
+        points.iter().zip(reports).try_for_each(keep)
     }
 
     fn fail(&mut self, point: &ReadyPoint, error: &anyhow::Error) {

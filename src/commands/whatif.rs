@@ -17,8 +17,9 @@ use tracer::{NodeFetch, TileSource, TraceFile, TraceHeader};
 
 /// What rays are binned in: every reflection ray is traced, from a list as they arrive.
 const LISTED: &str = "reflections-direct";
-/// How the unchanged frame is called.
+/// How the unchanged frame is called, and how that of the rays to bin.
 const UNCHANGED: &str = "unchanged";
+const UNBINNED: &str = "reflections as they arrive";
 
 pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let asked = changes(args)?;
@@ -42,7 +43,8 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     }
 
     let changes = if asked.is_empty() { every_change(trace.header())? } else { asked };
-    let mut labels = vec![UNCHANGED.to_owned()];
+    let unchanged_label = if args.binning.is_empty() { UNCHANGED } else { UNBINNED };
+    let mut labels = vec![unchanged_label.to_owned()];
     let mut machines = vec![baseline];
     for variation in &changes {
         for point in Variation::points(std::slice::from_ref(variation), &Default::default(), &unchanged)? {

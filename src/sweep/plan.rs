@@ -16,6 +16,7 @@
 //! gpu = "mali-g715"
 //! ```
 
+use crate::args::DEFAULT_SCENE;
 use crate::options::{Options, RawOptions, figures_of, in_order, value_text};
 use anyhow::{anyhow, bail};
 use reports::sweep::{Direction, GridAxis, Objective};
@@ -74,7 +75,10 @@ impl Plan {
             anyhow!("{file}{at}: {problem}; a sweep has minimize, maximize, [base], [grid] and [[point]]")
         })?;
         let in_part = |part: &str| format!("{file}: {part}");
-        let base = Options::read(&raw.base).map_err(|error| anyhow!("{}{error}", in_part("base.")))?;
+        let mut base = Options::read(&raw.base).map_err(|error| anyhow!("{}{error}", in_part("base.")))?;
+        if base.get(SCENE).is_none() {
+            base.set(SCENE, DEFAULT_SCENE.to_owned())?;
+        }
         let axes = axes(&raw.grid).map_err(|error| anyhow!("{}{error}", in_part("grid.")))?;
         let combinations = axes
             .iter()
@@ -125,13 +129,30 @@ fn of_combination(base: &Options, axes: &[Axis], index: usize) -> PlannedPoint {
     PlannedPoint { options, place: Some(place) }
 }
 
+/// The option that every point has.
+const SCENE: &str = "scene";
+
 fn axes(grid: &RawOptions) -> anyhow::Result<Vec<Axis>> {
     let entries = in_order(grid).into_iter().flat_map(|(key, value)| figures_of(key, value));
-    entries.map(|(key, value)| axis(&key, value).map_err(|error| anyhow!("{key}: {error}"))).collect()
+    let mut axes: Vec<Axis> = Vec::new();
+    for (key, value) in entries {
+        let axis = axis(&key, value).map_err(|error| anyhow!("{key}: {error}"))?;
+        let sets = |axis: &Axis, name: &str| axis.options.iter().any(|options| options.get(name).is_some());
+        for (name, _) in axis.options.iter().flat_map(Options::iter) {
+            if let Some(other) = axes.iter().find(|other| sets(other, name)) {
+                bail!("{key}: it sets {name}, and so does {}; set each option by one axis", other.shown.name);
+            }
+        }
+        axes.push(axis);
+    }
+    Ok(axes)
 }
 
 /// An axis of values of one option, or of tables of several.
 fn axis(key: &str, value: &Value) -> anyhow::Result<Axis> {
+    if key.is_empty() || key.contains(char::is_control) {
+        bail!("an axis needs a name that can be shown");
+    }
     let values = value.as_array().filter(|values| !values.is_empty());
     let values = values.ok_or_else(|| anyhow!("expected a list of values, such as [1, 2]"))?;
     let mut axis = Axis { shown: GridAxis { name: key.to_owned(), values: Vec::new() }, options: Vec::new() };
@@ -239,6 +260,11 @@ mod tests {
             ("[grid]\ngpu = \"adreno-540\"\n", "grid.gpu: expected a list of values"),
             ("[grid]\ngpu = []\n", "grid.gpu: expected a list of values"),
             ("[grid]\ngpu = [\"a\", \"a\"]\n", "grid.gpu: the value a is given twice"),
+            ("[grid]\n\"\" = [{ gpu = \"a\" }]\n", "an axis needs a name"),
+            (
+                "[grid]\naccel = [\"bvh\"]\ntree = [{ accel = \"kd\" }]\n",
+                "grid.tree: it sets accel, and so does accel",
+            ),
             ("[grid]\nweather = [1]\n", "grid.weather: weather: no such option"),
             ("[base]\nweather = 1\n[[point]]\n", "base.weather: no such option"),
             ("\n[[point]]\nweather = 1\n", "sweep.toml:2: point.weather: no such option"),

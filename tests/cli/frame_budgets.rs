@@ -146,6 +146,60 @@ fn figures_of_several_frames_are_accepted_and_held_against_by_name() {
     }
     let json: Value = serde_json::from_str(&renamed.stdout).expect("JSON");
     assert!(rows(&json).contains(&"new / work / node_fetches / not_compared".to_owned()));
+    assert_eq!(
+        json["stale"],
+        serde_json::json!(["the baseline has a frame 'pot, computed', the budget has none"])
+    );
+
+    let more = BUDGET
+        .replace("counter = \"rays\"", "counter = \"primitive_tests_per_ray\"")
+        .replace("hard = { min = 1 }", "hard = { max_increase = 1 }");
+    let lacking = checked(&folder, &more, &against);
+    assert!(
+        lacking.stderr.contains("pot, computed: the baseline has no figure of primitive_tests_per_ray"),
+        "{}",
+        lacking.stderr
+    );
+
+    let text = fs::read_to_string(&baseline).expect("a text");
+    let absurd = file(&folder, "absurd.toml", text.replacen("node_fetches = ", "node_fetches = nan # ", 1));
+    let refused = checked(&folder, BUDGET, &["--baseline", arg(&absurd)]);
+    assert_eq!(refused.code, Some(2));
+    assert!(
+        refused.stderr.contains("node_fetches of 'box & light' is no finite number"),
+        "{}",
+        refused.stderr
+    );
+}
+
+#[test]
+fn accepted_figures_take_the_place_of_no_other_file() {
+    let folder = folder();
+    let budget = folder.path().join("budget.toml");
+    let ran = checked(&folder, BUDGET, &["--accept", arg(&budget)]);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("no file of accepted figures, and would be lost"), "{}", ran.stderr);
+    assert_eq!(fs::read_to_string(&budget).expect("a text"), BUDGET);
+}
+
+#[test]
+fn lines_of_a_level_s_counter_are_those_of_that_level() {
+    let folder = folder();
+    let budget = "[[limit]]\ncounter = \"l2_misses\"\nhard = { max = 0 }\n";
+    let args = ["teapot", "--gpu", "mali-g715", "--size", "16x16", "--why", "--format", "json"];
+    let ran = checked(&folder, budget, &args);
+    let json: Value = serde_json::from_str(&ran.stdout).expect("JSON");
+    let frame = &json["frames"][0];
+    let causes = frame["why"][0]["causes"].as_array().expect("causes");
+    let levels = causes.iter().filter(|cause| cause["by"] == "pass, buffer and level");
+    let sum: f64 = levels.clone().map(|cause| cause["value"].as_f64().expect("a figure")).sum();
+    assert_eq!(Some(sum), frame["rows"][0]["value"].as_f64(), "{causes:?}");
+    assert!(
+        levels.clone().count() > 0
+            && levels
+                .clone()
+                .all(|cause| cause["part"].as_str().is_some_and(|part| part.ends_with(" in l2")))
+    );
 }
 
 #[test]
@@ -169,6 +223,16 @@ fn a_budget_that_cannot_be_followed_is_refused_with_its_line() {
         (BUDGET.replace("wide-bvh", "oak"), vec![], "frame 'pot in a unit': invalid value 'oak'"),
         (BUDGET.replace("24x16", "24"), vec![], "frame 'box & light': --size 24: expected"),
         (BUDGET.replace("size =", "colour ="), vec![], "base.colour: no such option"),
+        (
+            BUDGET.replace("pot, computed", "pot\\ncomputed"),
+            vec![],
+            "budget.toml:14: a frame called \"pot\\ncomputed\"",
+        ),
+        (
+            BUDGET.replace("group = \"time\"", "group = \"ti\\u001bme\""),
+            vec![],
+            "a group called \"ti\\u{1b}me\"",
+        ),
         (
             BUDGET.replace("scene = \"teapot\"\ngroup", "scene = \"kettle\"\ngroup"),
             vec![],

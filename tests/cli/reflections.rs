@@ -316,10 +316,10 @@ fn whatif_bins_the_rays_of_a_trace() {
     let whatif = raybudget(["whatif", arg(&trace), "--format", "json"].iter().chain(&given)).json();
     let variants = whatif["variants"].as_array().expect("variants");
     let labels: Vec<&str> = variants.iter().map(|of| of["values"][0].as_str().expect("a label")).collect();
-    assert_eq!(labels[0], "unchanged");
+    assert_eq!(labels[0], "reflections as they arrive");
     let technique = ["--technique", "reflections-direct", "--launch", "buffer"];
     for (label, options) in [
-        ("unchanged", &[][..]),
+        ("reflections as they arrive", &[][..]),
         ("binning sign", &["--binning", "sign"]),
         ("binning octahedral-2x2", &["--binning", "octahedral-2x2"]),
         ("layout split", &["--layout", "split"]),

@@ -179,9 +179,13 @@ fn what_cannot_be_swept_is_refused_before_a_folder_is_made() {
         ("[grid]\nweather = [1]\n", "no such option"),
         (
             "[[point]]\naccel = \"kd\"\ntraversal = \"parent-link\"\n",
-            "point 1 (accel kd, traversal parent-link): ",
+            "point 1 (scene atrium, accel kd, traversal parent-link): ",
         ),
-        ("[[point]]\nsize = \"8y8\"\n", "point 1 (size 8y8): --size 8y8: expected"),
+        ("[[point]]\nsize = \"8y8\"\n", "point 1 (scene atrium, size 8y8): --size 8y8: expected"),
+        (
+            "[grid]\ngpu = [\"adreno-540\", \"voodoo\"]\n",
+            "grid.gpu: no point can have voodoo: --gpu voodoo: neither",
+        ),
         ("[[point]]\nscene = \"nowhere.obj\"\n", "nowhere.obj: "),
         ("[[point]]\nfidelity = \"sampled\"\n", "--fidelity sampled"),
         (
@@ -210,9 +214,99 @@ fn the_points_of_an_earlier_sweep_and_a_folder_at_work_are_not_touched() {
     assert!(again.stderr.contains("add --resume"), "{}", again.stderr);
     assert_eq!(contents(&out), before);
 
-    let lock = fs::File::create(out.join("sweep.lock")).expect("it is made");
+    let lock = fs::File::open(out.join("points/.lock")).expect("it stays");
     lock.lock().expect("it is free");
     let locked = raybudget(args.iter().map(String::as_str).chain(["--resume"]));
     assert_eq!(locked.code, Some(2));
     assert!(locked.stderr.contains("another sweep is at work"), "{}", locked.stderr);
+}
+
+#[test]
+fn a_combination_that_cannot_be_is_left_out_and_said_so() {
+    let folder = folder();
+    let text = "[base]\nscene = \"cornell\"\nsize = \"8x8\"\n[grid]\ngpu = [\"adreno-540\", \"mali-g715\"]\ncache.uche.size = [65536, 131072]\n\
+                [[point]]\ngpu = \"mali-g715\"\n";
+    // Of the second GPU no point can have such a cache; a GPU of which none can be is a mistake.
+    let args = planned(folder.path(), text);
+    let refused = raybudget(&args);
+    assert_eq!(refused.code, Some(2));
+    assert!(refused.stderr.contains("grid.gpu: no point can have mali-g715"), "{}", refused.stderr);
+
+    let text = "[base]\nscene = \"cornell\"\nsize = \"8x8\"\n[grid]\naccel = [\"bvh\", \"kd\"]\ntraversal = [\"stack\", \"restart\"]\n";
+    let args = planned(folder.path(), text);
+    let swept = raybudget(args.iter().map(String::as_str).chain(["--format", "json"])).json();
+    let failure = |index: usize| swept["points"][index]["failure"].as_str().unwrap_or_default().to_owned();
+    assert!(failure(1).starts_with("not replayed, for ") && failure(1).contains("restart"), "{}", failure(1));
+    assert_eq!([0, 2, 3].map(failure), ["", "", ""]);
+}
+
+#[test]
+fn shading_normals_make_another_point() {
+    let folder = folder();
+    let plain = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let smooth = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 1 1\nvn 1 0 1\nf 1//1 2//2 3//3\n";
+    let scene = folder.path().join("scene.obj");
+    let args = planned(folder.path(), &format!("[[point]]\nscene = {:?}\nsize = \"8x8\"\n", arg(&scene)));
+    for (count, text) in [(1, plain), (2, smooth)] {
+        fs::write(&scene, text).expect("it is written");
+        let swept = raybudget(args.iter().map(String::as_str).chain(["--resume", "--format", "json"])).json();
+        let profiled = raybudget(["profile", arg(&scene), "--size", "8x8", "--format", "json"]).json();
+        assert_eq!(swept["points"][0]["counters"], profiled["counters"]);
+        assert_eq!(points(&folder.path().join("out")), count);
+    }
+}
+
+#[test]
+fn charts_of_an_earlier_plan_go_and_other_files_stay() {
+    let folder = folder();
+    let grid = "[base]\nsize = \"8x8\"\n[grid]\nscene = [\"cornell\"]\nlayout = [\"padded\", \"split\"]\n";
+    raybudget(planned(folder.path(), grid)).ok();
+    let out = folder.path().join("out");
+    for name in ["notes.txt", ".raybudget-notes"] {
+        fs::write(out.join(name), "mine").expect("it is written");
+    }
+    assert!(out.join("effect-layout.svg").exists() && out.join("pareto.png").exists());
+    let list = "minimize = [\"fps\"]\n[[point]]\nscene = \"cornell\"\nsize = \"8x8\"\n";
+    let args = planned(folder.path(), list);
+    raybudget(args.iter().map(String::as_str).chain(["--resume"])).ok();
+    assert_eq!(
+        names_in(&out),
+        [".raybudget-notes", "columns.csv", "notes.txt", "pareto.csv", "points", "sweep.csv"]
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_lock_that_is_a_link_is_not_followed() {
+    let folder = folder();
+    let args = planned(folder.path(), "[[point]]\nscene = \"cornell\"\nsize = \"8x8\"\n");
+    let precious = folder.path().join("precious.txt");
+    fs::write(&precious, "precious").expect("it is written");
+    fs::create_dir_all(folder.path().join("out/points")).expect("a folder");
+    std::os::unix::fs::symlink(&precious, folder.path().join("out/points/.lock")).expect("a link");
+    let ran = raybudget(&args);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("this is a link"), "{}", ran.stderr);
+    assert_eq!(fs::read_to_string(&precious).expect("it is there"), "precious");
+}
+
+#[test]
+fn figures_of_another_point_or_of_nothing_are_not_believed() {
+    let folder = folder();
+    let text = "[base]\nsize = \"8x8\"\n[grid]\nscene = [\"cornell\"]\nlayout = [\"padded\", \"split\"]\n";
+    let args = planned(folder.path(), text);
+    raybudget(&args).ok();
+    let out = folder.path().join("out");
+    let before = contents(&out);
+    let names: Vec<&String> = before.keys().filter(|name| name.ends_with(".json")).collect();
+    fs::write(out.join(names[0]), &before[names[1]]).expect("it is written");
+    fs::write(out.join(names[1]), [0xff, 0xfe]).expect("it is written");
+    let ran = raybudget(args.iter().map(String::as_str).chain(["--resume"]));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("the figures of another point") && ran.stderr.contains("not UTF-8"),
+        "{}",
+        ran.stderr
+    );
+    assert_eq!(contents(&out), before);
 }

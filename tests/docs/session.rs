@@ -91,7 +91,7 @@ impl Session {
             "console" => self.console(place, text),
             "sh" => self.script(place, text),
             "" if !text.contains("$ ") && text.lines().all(is_command) => self.script(place, text),
-            "" | "text" => {
+            "" | "text" | "c" => {
                 let has_commands = text.lines().any(is_command);
                 assert!(!has_commands, "{place}: a block with commands and what they show is a ```console");
             }

@@ -191,6 +191,18 @@ pub enum CacheRole {
     Slc,
 }
 
+impl CacheRole {
+    /// Its name in descriptions and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::L1 => "l1",
+            Self::Cluster => "cluster",
+            Self::L2 => "l2",
+            Self::Slc => "slc",
+        }
+    }
+}
+
 /// Caches that each kind of buffer goes through, as indices into [`Gpu::caches`], nearest first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Paths {

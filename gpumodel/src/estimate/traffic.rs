@@ -1,6 +1,6 @@
 //! What moves between the cores and memory: by pass, by what the buffer holds, and by level.
 
-use crate::config::Gpu;
+use crate::config::{CacheRole, Gpu};
 use crate::counters::{BufferTraffic, FrameCounters, Pass};
 use crate::replay::ReplayConfig;
 
@@ -24,6 +24,8 @@ pub struct TrafficEstimate {
 pub struct LevelTraffic {
     /// Its name in the GPU's description.
     pub name: String,
+    /// What counters call it.
+    pub role: CacheRole,
     /// Lines asked for.
     pub lines: u64,
     /// Of these, lines that it did not have.
@@ -72,6 +74,7 @@ fn of_buffer(
     let asked = gpu.caches.iter().zip(&traffic.levels).filter(|(_, served)| served.accesses > 0);
     let levels = asked.map(|(cache, served)| LevelTraffic {
         name: cache.name.clone(),
+        role: cache.role,
         lines: served.accesses,
         missed: served.misses,
         bytes: served.accesses * cache.line_bytes,

@@ -109,7 +109,26 @@ impl Accepted {
     /// On TOML that is none, with its line.
     pub fn parse(text: &str, file: &str) -> Result<Self, Error> {
         const REMEDY: &str = "write it anew with raybudget check --accept";
-        toml::from_str(text).map_err(|error| refusal(text, file, &error, REMEDY))
+        let accepted: Self = toml::from_str(text).map_err(|error| refusal(text, file, &error, REMEDY))?;
+        match accepted.not_finite() {
+            Some((frame, counter)) => {
+                Err(Error::new(file, format!("{counter} of '{frame}' is no finite number"), REMEDY))
+            }
+            None => Ok(accepted),
+        }
+    }
+
+    /// Frame and counter of a figure that is no number.
+    fn not_finite(&self) -> Option<(&str, &str)> {
+        self.frames.iter().find_map(|(name, frame)| {
+            let mut all = frame.passes.values().chain([&frame.frame]).flatten();
+            let is_finite = |figure: &Figure| match figure {
+                Figure::Count(_) => true,
+                Figure::Real(real) => real.is_finite(),
+            };
+            let (counter, _) = all.find(|(_, figure)| !is_finite(figure))?;
+            Some((name.as_str(), counter.as_str()))
+        })
     }
 
     /// As a file.

@@ -81,6 +81,8 @@ pub struct Checked {
     pub file: String,
     /// At least one.
     pub frames: Vec<CheckedFrame>,
+    /// What is stale about the baseline as a whole, in sentences.
+    pub stale_baseline: Vec<String>,
 }
 
 impl CheckedFrame {
@@ -120,7 +122,9 @@ impl Checked {
             1 => sentence.clone(),
             _ => format!("{}: {sentence}", frame.name),
         };
-        self.frames.iter().flat_map(|frame| frame.stale.iter().map(move |each| told(frame, each))).collect()
+        let of_frames =
+            self.frames.iter().flat_map(|frame| frame.stale.iter().map(move |each| told(frame, each)));
+        of_frames.chain(self.stale_baseline.iter().cloned()).collect()
     }
 }
 
@@ -150,21 +154,23 @@ impl Budget {
     ) -> Result<CheckedFrame, Error> {
         let inputs = &report.inputs;
         let chosen = self.limits.iter().filter(|limit| limit.selection.selects(name, inputs));
-        let rows = chosen.map(|limit| self.row(limit, report, baseline)).collect::<Result<_, _>>()?;
+        let rows = chosen.map(|limit| self.row(limit, report, baseline)).collect::<Result<Vec<_>, _>>()?;
+        let mut stale = baseline.map_or_else(Vec::new, |baseline| differences(report, baseline));
+        stale.extend(baseline.is_some().then(|| lacking(&rows)).flatten());
         Ok(CheckedFrame {
             name: name.to_owned(),
             title: format!("{} on {}, {}", inputs.scene, inputs.gpu, inputs.technique),
             rows,
-            stale: baseline.map_or_else(Vec::new, |baseline| differences(report, baseline)),
+            stale,
             reasons: None,
         })
     }
 
-    /// Puts all its frames together.
+    /// Puts all its frames together, with what is stale about the baseline as a whole.
     ///
     /// # Errors
     /// When a limit is for none of them: where the budget names its frames, any limit; else when all are for others.
-    pub fn checked(&self, frames: Vec<CheckedFrame>) -> Result<Checked, Error> {
+    pub fn checked(&self, frames: Vec<CheckedFrame>, stale_baseline: Vec<String>) -> Result<Checked, Error> {
         let used = |limit: &Limit| frames.iter().flat_map(|frame| &frame.rows).any(|row| row.limit == *limit);
         let unused = self.limits.iter().find(|limit| !used(limit));
         let all_unused = frames.iter().all(|frame| frame.rows.is_empty());
@@ -176,7 +182,7 @@ impl Budget {
             let remedy = "correct its frame, scene, gpu or technique";
             return Err(Error::at_line(&self.file, limit.line, problem, remedy));
         }
-        Ok(Checked { file: self.file.clone(), frames })
+        Ok(Checked { file: self.file.clone(), frames, stale_baseline })
     }
 
     fn row(&self, limit: &Limit, report: &Report, baseline: Option<&Baseline>) -> Result<Row, Error> {
@@ -252,6 +258,14 @@ fn counters_of<'a>(limit: &Limit, report: &'a Report) -> Option<&'a Counters> {
         None => Some(&report.counters),
         Some(pass) => report.pass(pass).map(|pass| &pass.counters),
     }
+}
+
+/// Counters that a baseline lacks although a limit needs them, in a sentence.
+fn lacking(rows: &[Row]) -> Option<String> {
+    let lacking = rows.iter().filter(|row| row.outcome == Outcome::NotCompared);
+    let mut names: Vec<&str> = lacking.map(|row| row.limit.counter.as_str()).collect();
+    names.dedup();
+    (!names.is_empty()).then(|| format!("the baseline has no figure of {}; accept it anew", names.join(", ")))
 }
 
 fn differences(report: &Report, baseline: &Baseline) -> Vec<String> {

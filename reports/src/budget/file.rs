@@ -177,6 +177,10 @@ impl Budget {
                     },
                 ));
             }
+            if let Some(name) = group.as_ref().filter(|name| name.contains(char::is_control)) {
+                let remedy = "leave line feeds and other control characters out";
+                return Err(Error::at_line(file, line(start), format!("a group called {name:?}"), remedy));
+            }
             let frame = frame.map(Spanned::into_inner);
             let selection = Selection { frame, scene, gpu, technique };
             let counter_line = line(counter.span().start);
@@ -238,6 +242,10 @@ fn frames(
             let remedy = "give it one, such as name = \"cornell\"";
             return Err(Error::at_line(file, line, "a frame without a name", remedy));
         };
+        if name.contains(char::is_control) {
+            let remedy = "leave line feeds and other control characters out";
+            return Err(Error::at_line(file, line, format!("a frame called {name:?}"), remedy));
+        }
         if frames.iter().any(|frame| frame.name == name) {
             let problem = format!("a second frame called '{name}'");
             return Err(Error::at_line(file, line, problem, "give each frame a name of its own"));

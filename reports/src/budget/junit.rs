@@ -15,14 +15,16 @@ pub fn junit(checked: &Checked) -> String {
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <testsuites name=\"raybudget check\" tests=\"{tests}\" failures=\"{failures}\" errors=\"0\">\n"
     );
-    for frame in &checked.frames {
-        suite(&mut out, frame, checked.frames.len() > 1);
+    for (index, frame) in checked.frames.iter().enumerate() {
+        // What is stale as a whole is told once; the form has no place above suites.
+        let whole = if index == 0 { checked.stale_baseline.as_slice() } else { &[] };
+        suite(&mut out, frame, whole, checked.frames.len() > 1);
     }
     out.push_str("</testsuites>\n");
     out
 }
 
-fn suite(out: &mut String, frame: &CheckedFrame, named: bool) {
+fn suite(out: &mut String, frame: &CheckedFrame, stale_baseline: &[String], named: bool) {
     let name = if named { format!("{}: {}", frame.name, frame.title) } else { frame.title.clone() };
     let count = |is: &dyn Fn(&&Row) -> bool| frame.rows.iter().filter(is).count();
     let failures = count(&|row| row.outcome == Outcome::Fail && row.limit.severity == Severity::Hard);
@@ -49,8 +51,12 @@ fn suite(out: &mut String, frame: &CheckedFrame, named: bool) {
         out.push_str(&result(frame, row));
         out.push_str("</testcase>\n");
     }
-    let stale: Vec<String> =
-        frame.stale.iter().map(|sentence| format!("stale baseline: {sentence}")).collect();
+    let stale: Vec<String> = frame
+        .stale
+        .iter()
+        .chain(stale_baseline)
+        .map(|sentence| format!("stale baseline: {sentence}"))
+        .collect();
     if !stale.is_empty() {
         writeln!(out, "    <system-err>{}</system-err>", escaped(&stale.join("\n")))
             .expect("a string takes every write");

@@ -2,6 +2,7 @@
 
 use super::check::{Checked, Severity};
 use super::table::{Told, changed, closing, figure, reasons, verdict};
+use crate::comparison::markdown::escaped as cell;
 use std::fmt::Write;
 
 /// The results under a heading: a table for each frame, what is stale about the baseline, and why limits are broken.
@@ -42,19 +43,14 @@ pub fn markdown(checked: &Checked) -> String {
             .expect("a string takes every write");
         }
     }
-    writeln!(out, "\n{}.", closing(checked)).expect("a string takes every write");
+    writeln!(out, "\n{}.", cell(&closing(checked))).expect("a string takes every write");
     for sentence in checked.stale() {
         writeln!(out, "\nStale baseline: {}.", cell(&sentence)).expect("a string takes every write");
     }
     let reasons = reasons(checked);
     if !reasons.is_empty() {
-        writeln!(out, "\n```text\n{}```", reasons.trim_start_matches('\n'))
+        writeln!(out, "\n```text\n{}```", reasons.trim_start_matches('\n').replace("```", "'''"))
             .expect("a string takes every write");
     }
     out
-}
-
-/// Text that stays within its cell.
-fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace(['\n', '\r'], " ")
 }

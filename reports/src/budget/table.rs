@@ -166,7 +166,7 @@ pub(super) fn signed(number: f64) -> String {
     format!("{sign}{}", units::digits(number))
 }
 
-/// The results as `{passed, hard_failures, soft_failures, frames: [{frame, title, stale, rows, why}]}`; the last only where reasons were asked for.
+/// The results as `{passed, hard_failures, soft_failures, stale, frames: [{frame, title, stale, rows, why}]}`; the last only where reasons were asked for.
 pub fn json_text(checked: &Checked) -> String {
     let row = |row: &Row| {
         let value = match row.value {
@@ -205,6 +205,7 @@ pub fn json_text(checked: &Checked) -> String {
         "passed": checked.failures(Severity::Hard) == 0,
         "hard_failures": checked.failures(Severity::Hard),
         "soft_failures": checked.failures(Severity::Soft),
+        "stale": checked.stale_baseline,
         "frames": checked.frames.iter().map(frame).collect::<Vec<_>>(),
     });
     format!("{whole:#}\n")

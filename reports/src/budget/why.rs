@@ -3,7 +3,7 @@
 use super::baseline::Baseline;
 use super::check::{Outcome, Row};
 use super::table::signed;
-use crate::report::Report;
+use crate::report::{LevelTraffic, Report};
 use crate::units;
 use serde::Serialize;
 use std::fmt::Write;
@@ -86,7 +86,10 @@ fn parts(report: &Report, counter: &str, pass: Option<&str>) -> Vec<(Part, f64)>
             "dram_write_bytes" => parts.push((of_buffer, row.dram_write_bytes as f64)),
             "l1_accesses" | "l1_misses" | "l2_accesses" | "l2_misses" => {
                 let misses = counter.ends_with("misses");
-                parts.extend(row.levels.iter().map(|level| {
+                let counted = |level: &&LevelTraffic| {
+                    level.role.as_ref().is_some_and(|role| counter.starts_with(role.as_str()))
+                };
+                parts.extend(row.levels.iter().filter(counted).map(|level| {
                     let lines = if misses { level.missed } else { level.lines };
                     let part = format!("{}: {} in {}", row.pass, row.buffer, level.name);
                     (("pass, buffer and level", part), lines as f64)

@@ -51,7 +51,7 @@ fn line(cells: &[String]) -> String {
 }
 
 /// Text that ends no cell and opens no tag.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     text.replace('\\', "\\\\").replace('|', "\\|").replace('<', "&lt;")
 }

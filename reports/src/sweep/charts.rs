@@ -73,12 +73,37 @@ pub fn effects_of_axes(sweep: &Sweep) -> Vec<(String, BarChart)> {
             series: series.collect(),
             scale: Scale::Linear,
         };
-        Some((format!("effect-{}", file_stem(&axis.name)), chart))
+        Some((effect_stem(&sweep.axes, axis), chart))
     };
     sweep.axes.iter().enumerate().filter_map(chart).collect()
 }
 
-/// A name with nothing that a file's name may not have.
-fn file_stem(name: &str) -> String {
-    name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' }).collect()
+/// Letters of an axis in the name of its chart.
+const MOST_LETTERS: usize = 60;
+
+/// The name of an axis' chart, without its extension; no other axis has it.
+pub fn effect_stem(axes: &[GridAxis], axis: &GridAxis) -> String {
+    let plain = |axis: &GridAxis| -> String {
+        let letters = axis.name.chars().take(MOST_LETTERS);
+        letters.map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' }).collect()
+    };
+    let (own, before) = (plain(axis), axes.iter().take_while(|other| other.name != axis.name));
+    match before.filter(|other| plain(other) == own).count() {
+        0 => format!("effect-{own}"),
+        twins => format!("effect-{own}-{}", twins + 1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_axis_has_a_chart_of_its_own_whatever_it_is_called() {
+        let names = ["a b", "a-b", "a.b", "\u{6728}", "\u{6797}", &"x".repeat(300)];
+        let axes = names.map(|name| GridAxis { name: name.to_owned(), values: Vec::new() });
+        let stems: Vec<String> = axes.iter().map(|axis| effect_stem(&axes, axis)).collect();
+        assert_eq!(stems[..5], ["effect-a-b", "effect-a-b-2", "effect-a-b-3", "effect--", "effect---2"]);
+        assert!(stems[5].len() < 100, "{}", stems[5]);
+    }
 }

@@ -11,8 +11,8 @@ pub struct Effect {
     pub value: usize,
     /// Index of the objective.
     pub objective: usize,
-    /// Figures with this value over those with the first one: geometric mean over all combinations of the other axes in which every
-    /// value of the axis has a figure above 0. None where there is no such combination.
+    /// Figures with this value over those with the first one: geometric mean over all combinations of the other axes in which both have a
+    /// figure above 0. None where there is no such combination.
     pub ratio: Option<f64>,
     /// Number of these combinations.
     pub combinations: usize,
@@ -26,17 +26,20 @@ pub fn effects(sweep: &Sweep) -> Vec<Effect> {
             sweep.objectives.iter().map(|objective| logarithms(sweep, axis, objective)).collect();
         for value in 0..sweep.axes[axis].values.len() {
             for (objective, rows) in tables.iter().enumerate() {
-                let sum: f64 = rows.iter().map(|row| row[value] - row[0]).sum();
-                let ratio = (!rows.is_empty()).then(|| (sum / rows.len() as f64).exp());
-                all.push(Effect { axis, value, objective, ratio, combinations: rows.len() });
+                let both = rows.iter().filter_map(|row| Some(row[value]? - row[0]?));
+                let differences: Vec<f64> = both.collect();
+                let combinations = differences.len();
+                let mean = differences.iter().sum::<f64>() / combinations as f64;
+                let ratio = (combinations > 0).then(|| mean.exp());
+                all.push(Effect { axis, value, objective, ratio, combinations });
             }
         }
     }
     all
 }
 
-/// Logarithms of an objective for each combination of the other axes that is complete: one for each value of the axis.
-fn logarithms(sweep: &Sweep, axis: usize, objective: &Objective) -> Vec<Vec<f64>> {
+/// Logarithms of an objective for each combination of the other axes: one for each value of the axis, where there is a figure.
+fn logarithms(sweep: &Sweep, axis: usize, objective: &Objective) -> Vec<Vec<Option<f64>>> {
     let lengths: Vec<usize> = sweep.axes.iter().map(|axis| axis.values.len()).collect();
     let combinations: usize = lengths.iter().product();
     let mut figures: Vec<Option<f64>> = vec![None; combinations];
@@ -51,9 +54,7 @@ fn logarithms(sweep: &Sweep, axis: usize, objective: &Objective) -> Vec<Vec<f64>
     }
     let stride: usize = lengths[axis + 1..].iter().product();
     let firsts = (0..combinations).filter(|at| (at / stride).is_multiple_of(lengths[axis]));
-    firsts
-        .filter_map(|first| (0..lengths[axis]).map(|value| figures[first + value * stride]).collect())
-        .collect()
+    firsts.map(|first| (0..lengths[axis]).map(|value| figures[first + value * stride]).collect()).collect()
 }
 
 #[cfg(test)]
@@ -88,15 +89,18 @@ mod tests {
     }
 
     #[test]
-    fn a_combination_with_a_hole_does_not_count() {
+    fn a_value_is_compared_where_it_and_the_first_one_have_figures() {
         let mut sweep = grid();
         sweep.points[4].outcome = Err("no memory".to_owned());
-        sweep.points[5].outcome = Err("no memory".to_owned());
-        assert_eq!(ratios(&sweep, 0), [None, None, None]);
+        assert_eq!(ratios(&sweep, 0), [Some(1.0), Some(2.0), Some(8.0)]);
         assert_eq!(ratios(&sweep, 1), [Some(1.0), Some(3.0)]);
-        assert_eq!(
-            effects(&sweep).iter().filter(|effect| effect.axis == 1).map(|e| e.combinations).max(),
-            Some(2)
-        );
+        let combinations: Vec<usize> = effects(&sweep)
+            .iter()
+            .filter(|effect| effect.objective == 0)
+            .map(|effect| effect.combinations)
+            .collect();
+        assert_eq!(combinations, [2, 2, 1, 2, 2]);
+        sweep.points[5].outcome = Err("no memory".to_owned());
+        assert_eq!(ratios(&sweep, 0), [Some(1.0), Some(2.0), None]);
     }
 }

@@ -14,6 +14,8 @@ pub(super) const SCHEMA: u32 = 1;
 #[serde(deny_unknown_fields)]
 pub struct Figures {
     pub(super) schema: u32,
+    /// Hash of the point's inputs.
+    pub point: String,
     /// Program and version.
     pub tool: String,
     /// What was asked.
@@ -27,10 +29,11 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Those of a report.
-    pub fn of(report: &Report) -> Self {
+    /// Those of a report, for the point of that hash.
+    pub fn of(point: &str, report: &Report) -> Self {
         Self {
             schema: SCHEMA,
+            point: point.to_owned(),
             tool: report.tool.clone(),
             inputs: report.inputs.clone(),
             within: report.run.within.clone(),

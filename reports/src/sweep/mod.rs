@@ -155,6 +155,7 @@ mod tests {
             place: None,
             outcome: Ok(Figures {
                 schema: figures::SCHEMA,
+                point: format!("{index:032x}"),
                 tool: "raybudget".to_owned(),
                 inputs: inputs(),
                 within: None,

@@ -107,7 +107,13 @@ pub(crate) fn report() -> Report {
         traffic: vec![reports::Traffic {
             pass: "primary rays".into(),
             buffer: "nodes".into(),
-            levels: vec![reports::LevelTraffic { name: "uche".into(), lines: 100, missed: 7, bytes: 6400 }],
+            levels: vec![reports::LevelTraffic {
+                name: "uche".into(),
+                role: Some("l2".into()),
+                lines: 100,
+                missed: 7,
+                bytes: 6400,
+            }],
             dram_read_bytes: 448,
             dram_write_bytes: 0,
         }],
