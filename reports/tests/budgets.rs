@@ -220,6 +220,12 @@ fn a_limit_that_is_for_no_frame_is_refused_where_all_are_or_the_budget_names_its
     );
     let one = format!("{others}[[limit]]\ncounter = \"node_fetches\"\nhard = {{ max = 1 }}\n");
     assert_eq!(refused(&one, "s"), Ok(()));
+    let checked =
+        check(&Budget::parse(&one, "b.toml").expect("a budget"), &report(1.0, 2), None).expect("a check");
+    assert!(
+        text(&checked, Style::Plain)
+            .contains("1 limits: 1 hard broken, 0 soft broken, 1 more for other frames")
+    );
     assert!(refused(&format!("[[frame]]\nname = \"first\"\n{one}"), "first").is_err());
 }
 

@@ -74,12 +74,11 @@ impl Plan {
             let problem = error.message().trim().replace('\n', ", ");
             anyhow!("{file}{at}: {problem}; a sweep has minimize, maximize, [base], [grid] and [[point]]")
         })?;
-        let in_part = |part: &str| format!("{file}: {part}");
-        let mut base = Options::read(&raw.base).map_err(|error| anyhow!("{}{error}", in_part("base.")))?;
+        let mut base = Options::read(&raw.base).map_err(|error| anyhow!("{file}: base.{error}"))?;
         if base.get(SCENE).is_none() {
             base.set(SCENE, DEFAULT_SCENE.to_owned())?;
         }
-        let axes = axes(&raw.grid).map_err(|error| anyhow!("{}{error}", in_part("grid.")))?;
+        let axes = axes(&raw.grid).map_err(|error| anyhow!("{file}: grid.{error}"))?;
         let combinations = axes
             .iter()
             .try_fold(1_usize, |count, axis| count.checked_mul(axis.options.len()))

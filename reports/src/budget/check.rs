@@ -83,6 +83,8 @@ pub struct Checked {
     pub frames: Vec<CheckedFrame>,
     /// What is stale about the baseline as a whole, in sentences.
     pub stale_baseline: Vec<String>,
+    /// Number of limits that are for none of these frames.
+    pub passed_over: usize,
 }
 
 impl CheckedFrame {
@@ -182,7 +184,8 @@ impl Budget {
             let remedy = "correct its frame, scene, gpu or technique";
             return Err(Error::at_line(&self.file, limit.line, problem, remedy));
         }
-        Ok(Checked { file: self.file.clone(), frames, stale_baseline })
+        let passed_over = self.limits.iter().filter(|limit| !used(limit)).count();
+        Ok(Checked { file: self.file.clone(), frames, stale_baseline, passed_over })
     }
 
     fn row(&self, limit: &Limit, report: &Report, baseline: Option<&Baseline>) -> Result<Row, Error> {

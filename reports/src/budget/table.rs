@@ -77,12 +77,16 @@ pub(super) fn closing(checked: &Checked) -> String {
         0 => String::new(),
         count => format!(", {count} not compared for want of a baseline"),
     };
+    let passed_over = match checked.passed_over {
+        0 => String::new(),
+        count => format!(", {count} more for other frames"),
+    };
     let groups: Vec<String> =
         groups(checked).into_iter().filter_map(|group| broken(checked, group)).collect();
     let by_group =
         if groups.is_empty() { String::new() } else { format!("; broken by group: {}", groups.join(", ")) };
     let all = checked.count(|_| true);
-    format!("{all} limits: {hard} hard broken, {soft} soft broken{not_compared}{by_group}")
+    format!("{all} limits: {hard} hard broken, {soft} soft broken{not_compared}{passed_over}{by_group}")
 }
 
 /// Groups in the order of the file.
@@ -166,7 +170,7 @@ pub(super) fn signed(number: f64) -> String {
     format!("{sign}{}", units::digits(number))
 }
 
-/// The results as `{passed, hard_failures, soft_failures, stale, frames: [{frame, title, stale, rows, why}]}`; the last only where reasons were asked for.
+/// The results as `{passed, hard_failures, soft_failures, passed_over, stale, frames: [{frame, title, stale, rows, why}]}`; the last only where reasons were asked for.
 pub fn json_text(checked: &Checked) -> String {
     let row = |row: &Row| {
         let value = match row.value {
@@ -205,6 +209,7 @@ pub fn json_text(checked: &Checked) -> String {
         "passed": checked.failures(Severity::Hard) == 0,
         "hard_failures": checked.failures(Severity::Hard),
         "soft_failures": checked.failures(Severity::Soft),
+        "passed_over": checked.passed_over,
         "stale": checked.stale_baseline,
         "frames": checked.frames.iter().map(frame).collect::<Vec<_>>(),
     });
