@@ -22,11 +22,12 @@
  *     rbt_tile_free(&tile);
  *     if (rbt_finish(&writer, 0) != RBT_OK) puts(writer.message);
  *
- * Errors: every function that can fail returns an rbt_status, and the object then has a sentence in `message`. The first error of an object
- * stays: later calls do nothing and return it again, and rbt_write_tile hands a tile's error to the writer. So it is enough to look at what
- * rbt_finish returns.
+ * Errors: every function that can fail returns an rbt_status, and the object then has a sentence in `message`. The first error of a writer
+ * stays, and that of a tile until the object begins another tile: later calls do nothing and return it again, and rbt_write_tile hands a tile's
+ * error to the writer. So it is enough to look at what rbt_finish returns. Of rbt_header.more only a reader checks more than that it is UTF-8.
  *
- * Files: the trace is written to PATH.part, which gets its name in rbt_finish; an error or rbt_abandon removes it.
+ * Files: the trace is written to PATH.part, which gets its name in rbt_finish; an error or rbt_abandon removes it. C99 cannot create a file only
+ * where there is none: a PATH.part that is there is overwritten, and of two processes that write the same PATH at once, each spoils the other's.
  *
  * Threads: a tile belongs to one thread at a time, and each thread may have tiles of its own. Between rbt_begin and rbt_finish all functions
  * of tiles only read the writer. rbt_write_tile changes it: call it from one thread at a time, with tiles in rising order.
@@ -94,7 +95,7 @@ typedef struct rbt_header {
     uint32_t depth;          /* longest path from the root in edges, for the report */
     int closest_hit_shadows; /* not 0: rays to lights search the closest hit */
     int flat_normals;        /* not 0: shading reads no normals, but makes them from vertices */
-    const char *more;        /* further keys, as in "\"remarks\":{\"left_out\":[],\"notes\":[\"...\"]}"; NULL for none. Only a reader checks them */
+    const char *more;        /* further keys, as in "\"remarks\":{\"left_out\":[],\"notes\":[\"...\"]}"; NULL for none */
 } rbt_header;
 
 typedef enum rbt_node_kind { RBT_INNER, RBT_LEAF, RBT_WIDE } rbt_node_kind;
@@ -176,9 +177,9 @@ rbt_status rbt_begin(rbt_writer *writer, const char *path, const rbt_header *hea
 rbt_status rbt_begin_two_level(rbt_writer *writer, const char *path, const rbt_header *header, const rbt_tree *tlas,
                                const uint32_t *meshes, const rbt_tree *blases, uint32_t blas_count);
 
-/* A tile object for this writer, to be used again and again. */
+/* A tile object for this writer, to be used again and again; rbt_tile_free it before the writer begins another trace. */
 void rbt_tile_init(rbt_tile *tile, const rbt_writer *writer);
-/* Empties the object for tile `index`, counted in rows from the upper left, whose place is then in its fields. */
+/* Empties the object, also of its error, for tile `index`, counted in rows from the upper left, whose place is then in its fields. */
 rbt_status rbt_tile_begin(rbt_tile *tile, uint32_t index);
 /* Steps that follow belong to this ray: `set` of the header, `ray` = row in the tile * tile.width + column. Rays come in any order, each at
  * most once. A ray that is left out was not cast. Only these may not be left out: rays of sets that start from no hit ("primary"), and those of
@@ -191,11 +192,11 @@ rbt_status rbt_end_ray(rbt_tile *tile, uint32_t triangle);
 rbt_status rbt_tile_end(rbt_tile *tile);
 void rbt_tile_free(rbt_tile *tile);
 
-/* Appends the tile, which can then begin another. */
+/* Appends the tile of this writer, which can then begin another. */
 rbt_status rbt_write_tile(rbt_writer *writer, const rbt_tile *tile);
 /* Ends the file, gives it its name and frees the writer; `stalls` is the number of traversals cut off by a bound on their loop. */
 rbt_status rbt_finish(rbt_writer *writer, uint64_t stalls);
-/* Gives up: removes what was written and frees the writer. */
+/* Gives up: removes what was written and frees the writer; nothing after rbt_finish. */
 void rbt_abandon(rbt_writer *writer);
 
 #ifdef __cplusplus
@@ -455,19 +456,49 @@ static rbt_status rbt_write(rbt_writer *w, const rbt_bytes *bytes) {
     return RBT_OK;
 }
 
-static int rbt_is_one_of(const char *text, const char *const *names) {
-    for (; *names; names++) {
-        if (text && !strcmp(text, *names)) return 1;
+/* The place of a text among names, or -1. */
+static int rbt_place(const char *text, const char *const *names) {
+    int place;
+    for (place = 0; names[place]; place++) {
+        if (text && !strcmp(text, names[place])) return place;
     }
-    return 0;
+    return -1;
 }
 
 static rbt_status rbt_check_name(rbt_writer *w, const char *key, const char *text, const char *const *names) {
-    if (rbt_is_one_of(text, names)) return RBT_OK;
+    if (rbt_place(text, names) >= 0) return RBT_OK;
     return rbt_fail(w, RBT_MISUSE, "%s \"%.60s\" is not known", key, text ? text : "");
 }
 
+/* Whether a text is UTF-8: no character cut off or longer than needed, no surrogates, nothing above U+10FFFF. */
+static int rbt_is_utf8(const char *text) {
+    static const uint32_t least[4] = {0, 0x80, 0x800, 0x10000};
+    const uint8_t *at;
+    for (at = (const uint8_t *)text; *at; at++) {
+        int i, following = *at < 0x80 ? 0 : *at >> 5 == 0x6 ? 1 : *at >> 4 == 0xe ? 2 : *at >> 3 == 0x1e ? 3 : -1;
+        uint32_t code = following > 0 ? *at & 0x3fu >> following : *at;
+        if (following < 0) return 0;
+        for (i = 0; i < following; i++) {
+            at++;
+            if (*at >> 6 != 0x2) return 0;
+            code = code << 6 | (*at & 0x3fu);
+        }
+        if (code < least[following] || code >> 11 == 0xd800 >> 11 || code > 0x10ffff) return 0;
+    }
+    return 1;
+}
+
+static rbt_status rbt_check_text(rbt_writer *w, const char *key, const char *text) {
+    return rbt_is_utf8(text) ? RBT_OK : rbt_fail(w, RBT_MISUSE, "%s is not UTF-8", key);
+}
+
+/* The structures, and the traversals of each. */
 static const char *const rbt_accels[] = {"bvh", "wide-bvh", "kd", "grid", "two-level", NULL};
+static const char *const rbt_traversals[][5] = {{"stack", "parent-link", "restart-trail", NULL},
+                                                {"stack", "short-stack", NULL},
+                                                {"stack", "restart", "push-down", "backtrack", NULL},
+                                                {"dda", NULL},
+                                                {"stack", "short-stack", NULL}};
 static const char *const rbt_formats[] = {"full-4", "full-8", "compressed-8", "compressed-8-pairs", "adreno-8", NULL};
 static const char *const rbt_fetches[] = {"single", "pair", NULL};
 static const char *const rbt_loops[] = {"while-while", "if-if", "single-loop", NULL};
@@ -477,27 +508,23 @@ static const char *const rbt_kinds[] = {"primary",           "shadow",          
 static const int rbt_starts_from[] = {-1, 0, 0, 0, 3, 0, 0, 6};
 static const int rbt_goes_to_light[] = {0, 1, 1, 0, 1, 0, 0, 1};
 
-static int rbt_kind(const char *name) {
-    int kind;
-    for (kind = 0; rbt_kinds[kind]; kind++) {
-        if (name && !strcmp(name, rbt_kinds[kind])) return kind;
-    }
-    return -1;
-}
-
 static rbt_status rbt_check_header(rbt_writer *w, const rbt_header *h) {
     uint32_t widest = h->width > h->height ? h->width : h->height;
     size_t i, j;
     if (widest ? !h->width || !h->height || widest > 32768 || h->rays : !h->rays || h->rays > UINT32_C(1) << 30)
         return rbt_fail(w, RBT_MISUSE, "an image of 1 to 32768 pixels per edge or a list of 1 to 2^30 rays expected");
-    if (!h->generator || !h->scene || !h->traversal)
-        return rbt_fail(w, RBT_MISUSE, "generator, scene and traversal are needed");
+    if (!h->generator || !h->scene) return rbt_fail(w, RBT_MISUSE, "generator and scene are needed");
+    if (rbt_check_text(w, "generator", h->generator) || rbt_check_text(w, "scene", h->scene) || (h->more && rbt_check_text(w, "more", h->more)))
+        return w->status;
     if (rbt_check_name(w, "accel", h->accel, rbt_accels)) return w->status;
+    if (rbt_place(h->traversal, rbt_traversals[rbt_place(h->accel, rbt_accels)]) < 0)
+        return rbt_fail(w, RBT_MISUSE, "%s has no traversal \"%.60s\"", h->accel, h->traversal ? h->traversal : "");
     if (rbt_check_name(w, "node_fetch", h->node_fetch, rbt_fetches)) return w->status;
     if (rbt_check_name(w, "loop_structure", h->loop_structure, rbt_loops)) return w->status;
     if (h->node_format && rbt_check_name(w, "node_format", h->node_format, rbt_formats)) return w->status;
     if (strcmp(h->accel, "two-level") && !h->node_format != !!strcmp(h->accel, "wide-bvh"))
         return rbt_fail(w, RBT_MISUSE, "node_format belongs to wide-bvh, perhaps to two-level, and to no other");
+    if (!strcmp(h->traversal, "short-stack") && !h->node_format) return rbt_fail(w, RBT_MISUSE, "a short-stack without a node_format");
     if (h->stack_entries > 65536 || h->short_stack > 65536)
         return rbt_fail(w, RBT_MISUSE, "stacks of 0 to 65536 entries expected");
     if (h->trail_bits != 0 && h->trail_bits != 32 && h->trail_bits != 64)
@@ -512,12 +539,12 @@ static rbt_status rbt_check_header(rbt_writer *w, const rbt_header *h) {
     w->set_count = h->ray_set_count;
     for (i = 0; i < h->ray_set_count; i++) {
         const rbt_ray_set *set = &h->ray_sets[i];
-        int kind = rbt_kind(set->kind);
+        int kind = rbt_place(set->kind, rbt_kinds);
         if (kind < 0) return rbt_check_name(w, "ray set", set->kind, rbt_kinds);
         w->is_table[i] = kind > 1;
         w->sources[i] = -1;
         for (j = 0; j < h->ray_set_count && w->sources[i] < 0; j++) {
-            int other = rbt_kind(h->ray_sets[j].kind);
+            int other = rbt_place(h->ray_sets[j].kind, rbt_kinds);
             int same_sample = other == 0 || h->ray_sets[j].sample == set->sample;
             if (other >= 0 && other == rbt_starts_from[kind] && same_sample) w->sources[i] = (int32_t)j;
         }
@@ -537,7 +564,7 @@ static rbt_status rbt_check_tree(rbt_writer *w, const rbt_tree *tree, int is_wid
     for (i = 0; i < tree->node_count; i++) {
         rbt_node node = tree->nodes[i];
         uint64_t end = (uint64_t)node.first + node.count;
-        if ((node.kind == RBT_WIDE) != is_wide || (is_grid && node.kind != RBT_LEAF))
+        if (is_wide ? node.kind != RBT_WIDE : node.kind != RBT_LEAF && (is_grid || node.kind != RBT_INNER || node.count != 2))
             return rbt_fail(w, RBT_MISUSE, "node %lu is of a kind that this structure does not have", (unsigned long)i);
         if (node.kind == RBT_LEAF ? end > tree->reference_count : node.count && (node.first <= i || end > tree->node_count))
             return rbt_fail(w, RBT_MISUSE, "node %lu leads to %lu from %lu: children lie behind it, and nothing leads outside", (unsigned long)i,
@@ -633,7 +660,7 @@ static int rbt_put_header(rbt_bytes *to, const rbt_header *h, uint32_t triangles
     ok = ok && rbt_put_text(to, "}},\"ray_sets\":");
     for (i = 0; ok && i < h->ray_set_count; i++) {
         const rbt_ray_set *set = &h->ray_sets[i];
-        int kind = rbt_kind(set->kind);
+        int kind = rbt_place(set->kind, rbt_kinds);
         ok = rbt_put_text(to, i ? "," : "[");
         if (kind <= 1) {
             ok = ok && rbt_put_string(to, set->kind);
@@ -791,6 +818,8 @@ rbt_status rbt_begin_two_level(rbt_writer *w, const char *path, const rbt_header
 
 rbt_status rbt_write_tile(rbt_writer *w, const rbt_tile *tile) {
     if (w->status != RBT_OK) return w->status;
+    if (!w->file) return rbt_fail(w, RBT_MISUSE, "no trace is open");
+    if (tile->writer != w) return rbt_fail(w, RBT_MISUSE, "tile %lu is of another writer", (unsigned long)tile->index);
     if (tile->status != RBT_OK) return rbt_fail(w, tile->status, "%.255s", tile->message);
     if (!tile->ended) return rbt_fail(w, RBT_MISUSE, "tile %lu is written before rbt_tile_end", (unsigned long)tile->index);
     if (tile->index != w->written)
@@ -806,7 +835,7 @@ rbt_status rbt_finish(rbt_writer *w, uint64_t stalls) {
     static const uint8_t magic[8] = {'R', 'B', 'T', 'R', 'E', 'N', 'D', 1};
     uint64_t index = w->position;
     rbt_bytes trailer = {NULL, 0, 0};
-    if (w->status == RBT_OK && !w->file) rbt_fail(w, RBT_MISUSE, "rbt_finish without rbt_begin");
+    if (w->status == RBT_OK && !w->file) rbt_fail(w, RBT_MISUSE, "no trace is open");
     if (w->status == RBT_OK && w->written != w->tiles)
         rbt_fail(w, RBT_MISUSE, "%lu tiles of %lu are missing", (unsigned long)(w->tiles - w->written), (unsigned long)w->tiles);
     if (w->status == RBT_OK) {
@@ -836,7 +865,10 @@ rbt_status rbt_finish(rbt_writer *w, uint64_t stalls) {
     return w->status;
 }
 
-void rbt_abandon(rbt_writer *w) { rbt_release(w); }
+void rbt_abandon(rbt_writer *w) {
+    if (w->file) rbt_fail(w, RBT_MISUSE, "no trace is open");
+    rbt_release(w);
+}
 
 /* ---- tiles ---- */
 
@@ -872,6 +904,7 @@ rbt_status rbt_tile_begin(rbt_tile *t, uint32_t index) {
     t->ray = NULL;
     t->bytes.count = 0;
     t->steps = 0;
+    if (!w->sources) return rbt_fail_tile(t, RBT_MISUSE, "no trace is open");
     if (index >= w->tiles) return rbt_fail_tile(t, RBT_MISUSE, "tile %lu of %lu", (unsigned long)index, (unsigned long)w->tiles);
     if (w->width) {
         uint32_t columns = (w->width + RBT_TILE_EDGE - 1) / RBT_TILE_EDGE;
@@ -958,6 +991,7 @@ rbt_status rbt_tile_end(rbt_tile *t) {
     size_t set;
     int ok = 1;
     if (t->status != RBT_OK) return t->status;
+    if (!t->writer->sources) return rbt_fail_tile(t, RBT_MISUSE, "no trace is open");
     if (!t->rays || t->ended || t->ray) return rbt_fail_tile(t, RBT_MISUSE, "a tile ends where it cannot");
     t->data.count = 0;
     for (set = 0; ok && set < t->writer->set_count; set++) {

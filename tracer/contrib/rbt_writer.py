@@ -13,8 +13,9 @@ rbt_writer.h, its twin in C.
             writer.write_tile(tile)
         writer.finish()
 
-What does not fit the format raises a ValueError, what the disk refuses an OSError. The file has another name until finish() renames it; left
-without it, also by an exception, the `with` block leaves no file.
+What does not fit the format raises a ValueError, what is of another type a TypeError, what the disk refuses an OSError. Only a reader checks what
+Header.more means and what `compress` makes. The file has another name until finish() renames it; left without it, also by an exception, the `with`
+block leaves no file.
 
 Tiles only read their writer: several can be filled and encoded (Tile.end) at once, by a thread each, and one thread writes them in rising order.
 
@@ -25,11 +26,12 @@ The data are in zstd frames, but not compressed. `Writer(..., compress=f)` compr
 from __future__ import annotations
 
 import json
-import math
+import operator
 import os
+import secrets
 import struct
-import tempfile
-from dataclasses import dataclass, field
+import sys
+from dataclasses import dataclass, field, replace
 from typing import Any, Callable, Optional, Sequence, Union
 
 __all__ = [
@@ -59,7 +61,11 @@ _MOST_IDS = (1 << 29) - 1
 _MOST_CHUNK_BYTES = 1 << 29
 _MOST_TILE_STEPS = 1 << 26
 
-_ACCELS = ("bvh", "wide-bvh", "kd", "grid", "two-level")
+# The structures, and the traversals of each.
+_TRAVERSALS = {
+    "bvh": ("stack", "parent-link", "restart-trail"), "wide-bvh": ("stack", "short-stack"),
+    "kd": ("stack", "restart", "push-down", "backtrack"), "grid": ("dda",), "two-level": ("stack", "short-stack"),
+}
 _NODE_FORMATS = ("full-4", "full-8", "compressed-8", "compressed-8-pairs", "adreno-8")
 _NODE_FETCHES = ("single", "pair")
 _LOOP_STRUCTURES = ("while-while", "if-if", "single-loop")
@@ -85,9 +91,9 @@ class RaySet:
     def _in_header(self) -> Union[str, dict[str, Any]]:
         if self.kind in ("primary", "shadow"):
             return self.kind
-        table: dict[str, Any] = {"kind": self.kind, "sample": self.sample}
+        table: dict[str, Any] = {"kind": self.kind, "sample": int(self.sample)}
         if self.kind in _GOES_TO_LIGHT:
-            table["light"] = self.light
+            table["light"] = int(self.light)
         return table
 
 
@@ -103,17 +109,17 @@ class Node:
 
 def inner(left: int) -> Node:
     """A node with the children `left` and `left + 1`, behind it."""
-    return Node("inner", left, 2)
+    return Node("inner", operator.index(left), 2)
 
 
 def leaf(first: int, count: int) -> Node:
     """A node with the references `first` to `first + count - 1`."""
-    return Node("leaf", first, count)
+    return Node("leaf", operator.index(first), operator.index(count))
 
 
 def wide(first: int, count: int, leaves: int) -> Node:
     """A wide node: nodes `first` to `first + count - 1` are its children, and `leaves` leaves, which are no nodes; at most 8 together."""
-    return Node("wide", first, count, leaves)
+    return Node("wide", operator.index(first), operator.index(count), operator.index(leaves))
 
 
 @dataclass
@@ -148,8 +154,8 @@ class Header:
     """What the trace is a trace of.
 
     The frame is an image of `width` by `height` pixels, each from 1 to 32768, or a list of 1 to 2^30 `rays`. `stack_entries` are those in memory,
-    `short_stack` those in registers, each at most 65536. `trail_bits` is 32 or 64 with a restart trail, else 0. `more` has further keys, such as
-    "remarks"; only a reader checks them.
+    `short_stack` those in registers, each at most 65536. `trail_bits` is 32 or 64 with a restart trail, else 0. `more` has keys that are not among
+    these, such as "remarks". That it is JSON is checked; only a reader checks what it means.
     """
 
     generator: str
@@ -173,6 +179,11 @@ class Header:
     flat_normals: bool = False
     more: dict[str, Any] = field(default_factory=dict)
 
+    def _in_ints(self) -> Header:
+        """The same with numbers that cannot overflow; numpy's can."""
+        keys = ("scene_hash", "width", "height", "rays", "stack_entries", "short_stack", "trail_bits", "depth")
+        return replace(self, **{key: int(operator.index(getattr(self, key))) for key in keys})
+
     def _text(self, triangles: int) -> bytes:
         frame = {"image": {"width": self.width, "height": self.height}} if self.width else {"list": {"rays": self.rays}}
         keys: dict[str, Any] = {
@@ -184,23 +195,23 @@ class Header:
             "ray_sets": [ray_set._in_header() for ray_set in self.ray_sets],
             "accel": self.accel,
             "traversal": self.traversal,
+            "node_format": self.node_format,
             "node_fetch": self.node_fetch,
             "loop_structure": self.loop_structure,
             "stack_entries": self.stack_entries,
             "short_stack": self.short_stack,
-            "sah_costs": list(self.sah_costs),
+            "trail_bits": self.trail_bits or None,
+            "sah_costs": [float(cost) for cost in self.sah_costs],
             "depth": self.depth,
+            "shadow_query": "closest-hit" if self.closest_hit_shadows else None,
+            "normals": False if self.flat_normals else None,
         }
-        if self.node_format:
-            keys["node_format"] = self.node_format
-        if self.trail_bits:
-            keys["trail_bits"] = self.trail_bits
-        if self.closest_hit_shadows:
-            keys["shadow_query"] = "closest-hit"
-        if self.flat_normals:
-            keys["normals"] = False
+        for key in self.more:
+            if key in keys:
+                raise ValueError(f'more has "{key}", which the header has already')
+        keys = {key: value for key, value in keys.items() if value is not None}
         keys.update(self.more)
-        return json.dumps(keys, separators=(",", ":")).encode()
+        return json.dumps(keys, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
 
     def _sources(self) -> list[Optional[int]]:
         """Checks the header. Of each ray set, the place of the set from whose hits its rays start."""
@@ -209,27 +220,42 @@ class Header:
         fits = min(edges) >= 1 and max(edges) <= 32768 and not self.rays if is_image else 1 <= self.rays <= 1 << 30
         if not fits:
             raise ValueError("an image of 1 to 32768 pixels per edge or a list of 1 to 2^30 rays expected")
-        _check_name("accel", self.accel, _ACCELS)
+        _check_text("generator", self.generator)
+        _check_text("scene", self.scene)
+        try:
+            more = json.dumps(self.more, ensure_ascii=False, allow_nan=False)
+        except ValueError as error:
+            raise ValueError("more is not JSON") from error
+        _check_text("more", more)
+        _check_name("accel", self.accel, tuple(_TRAVERSALS))
+        if self.traversal not in _TRAVERSALS[self.accel]:
+            raise ValueError(f'{self.accel} has no traversal "{self.traversal}"')
         _check_name("node_fetch", self.node_fetch, _NODE_FETCHES)
         _check_name("loop_structure", self.loop_structure, _LOOP_STRUCTURES)
         if self.node_format is not None:
             _check_name("node_format", self.node_format, _NODE_FORMATS)
         if self.accel != "two-level" and (self.node_format is not None) != (self.accel == "wide-bvh"):
             raise ValueError("node_format belongs to wide-bvh, perhaps to two-level, and to no other")
+        if self.traversal == "short-stack" and self.node_format is None:
+            raise ValueError("a short-stack without a node_format")
         stacks = (self.stack_entries, self.short_stack)
         if min(stacks) < 0 or max(stacks) > 65536:
             raise ValueError("stacks of 0 to 65536 entries expected")
-        if not 0 <= self.scene_hash < 1 << 64:
-            raise ValueError(f"a scene_hash of {self.scene_hash}, 0 to 2^64 - 1 expected")
+        _check_number("a scene_hash", self.scene_hash, 64)
         if self.trail_bits not in (0, 32, 64):
             raise ValueError(f"trail_bits of {self.trail_bits}, 0, 32 or 64 expected")
-        if not all(map(math.isfinite, self.sah_costs)):
+        if len(self.sah_costs) != 2:
+            raise ValueError(f"sah_costs of {len(self.sah_costs)} numbers, 2 expected")
+        if not all(abs(cost) <= sys.float_info.max for cost in self.sah_costs):
             raise ValueError("sah_costs are not finite")
+        _check_number("a depth", self.depth, 32)
         if not 1 <= len(self.ray_sets) <= 1024:
             raise ValueError(f"{len(self.ray_sets)} ray sets, 1 to 1024 expected")
         sources: list[Optional[int]] = []
         for place, ray_set in enumerate(self.ray_sets):
             _check_name("ray set", ray_set.kind, tuple(_STARTS_FROM))
+            _check_number("a sample", ray_set.sample, 32)
+            _check_number("a light", ray_set.light, 32)
             origin = _STARTS_FROM[ray_set.kind]
             source = next(
                 (
@@ -256,6 +282,7 @@ class Writer:
         compress: Optional[Callable[[bytes], bytes]] = None,
     ) -> None:
         """Opens a temporary file beside `path` and writes the header and the structure."""
+        header = header._in_ints()
         self._sources = header._sources()
         self._plain = [ray_set.kind in ("primary", "shadow") for ray_set in header.ray_sets]
         self._compress = compress
@@ -274,15 +301,13 @@ class Writer:
             raise ValueError(f"a header of {len(text)} bytes, at most 2^20 fit")
         head = b"RBTRACE\x01" + struct.pack("<I", len(text)) + text
         chunk = self._chunk(bytes(encoded), 1)
-        self._path = os.fspath(path)
+        self._path = os.path.abspath(os.fsdecode(path))
         self._offsets: list[int] = []
         self._position = 0
         self._steps = 0
-        folder, name = os.path.split(os.path.abspath(self._path))
-        handle, self._part = tempfile.mkstemp(".part", name + ".", folder)
-        self._file = os.fdopen(handle, "wb")
+        self._part = f"{self._path}.{secrets.token_hex(4)}.part"
+        self._file = open(self._part, "xb")
         try:
-            _ordinary(self._part)
             self._write(head + _hash_bytes(head, 0))
             self._offsets.append(self._position)
             self._write(chunk)
@@ -297,7 +322,9 @@ class Writer:
     def write_tile(self, tile: Tile) -> None:
         """Appends the next tile."""
         if self._file.closed:
-            raise ValueError("a tile is written after the end")
+            raise ValueError("no trace is open")
+        if tile._writer is not self:
+            raise ValueError(f"tile {tile.index} is of another writer")
         expected = len(self._offsets) - 1
         if tile.index != expected:
             raise ValueError(f"tile {tile.index} is written where tile {expected} is expected")
@@ -309,7 +336,8 @@ class Writer:
     def finish(self, stalls: int = 0) -> None:
         """Ends the file and gives it its name. `stalls` is the number of traversals cut off by a bound on their loop."""
         if self._file.closed:
-            raise ValueError("finish after the end")
+            raise ValueError("no trace is open")
+        _check_number("a number of stalls", stalls, 64)
         try:
             missing = self.tiles - (len(self._offsets) - 1)
             if missing:
@@ -399,6 +427,7 @@ class Tile:
         """Records a step of the ray."""
         if self._ray is None:
             raise ValueError("a step outside of a ray")
+        id = operator.index(id)
         if not 0 <= op <= 7:
             raise ValueError(f"a step of kind {op}, below 8 expected")
         if not 0 <= id < self._writer._id_limits[op]:
@@ -416,7 +445,7 @@ class Tile:
             raise ValueError(f"a hit of triangle {triangle} of {self._writer._triangles}")
         ray_set, ray = self._ray
         self._recorded[ray_set][ray] = (self._count, bytes(self._bytes))
-        self._hits[ray_set][ray] = triangle + 1
+        self._hits[ray_set][ray] = operator.index(triangle) + 1
         self.steps += self._count
         self._ray = None
 
@@ -461,11 +490,16 @@ def _check_name(key: str, name: str, names: Sequence[str]) -> None:
         raise ValueError(f'{key} "{name}" is not known')
 
 
-def _ordinary(path: str) -> None:
-    """Temporary files are private; a finished trace is an ordinary file, subject to the user's mask."""
-    mask = os.umask(0)
-    os.umask(mask)
-    os.chmod(path, 0o666 & ~mask)
+def _check_number(what: str, number: int, bits: int) -> None:
+    if not 0 <= operator.index(number) < 1 << bits:
+        raise ValueError(f"{what} of {number}, 0 to 2^{bits} - 1 expected")
+
+
+def _check_text(key: str, text: str) -> None:
+    try:
+        str.encode(text)
+    except UnicodeEncodeError:
+        raise ValueError(f"{key} is not UTF-8") from None
 
 
 def _structure(header: Header, structure: Union[Tree, TwoLevel]) -> tuple[bytearray, int, int, int, int]:
@@ -478,7 +512,7 @@ def _structure(header: Header, structure: Union[Tree, TwoLevel]) -> tuple[bytear
     if isinstance(structure, Tree):
         _check_tree(structure, is_wide, header.accel == "grid")
         _put_tree(data, structure, has_pairs)
-        return data, len(structure.nodes), len(structure.references), 0, structure.triangles
+        return data, len(structure.nodes), len(structure.references), 0, int(structure.triangles)
     # With a fetch in pairs the TLAS is binary.
     _check_tree(structure.tlas, is_wide and header.node_fetch == "single", False)
     nodes, references = len(structure.tlas.nodes), 0
@@ -513,14 +547,15 @@ def _check_tree(tree: Tree, is_wide: bool, is_grid: bool) -> None:
         raise ValueError(
             f"a tree of {nodes} nodes, {references} references and {tree.triangles} triangles, at least a node and at most {_MOST_IDS} of each expected"
         )
+    kinds = ("wide",) if is_wide else ("leaf",) if is_grid else ("inner", "leaf")
     for index, node in enumerate(tree.nodes):
-        if (node.kind == "wide") != is_wide or (is_grid and node.kind != "leaf"):
+        if node.kind not in kinds or (node.kind == "inner" and node.count != 2):
             raise ValueError(f"node {index} is of a kind that this structure does not have")
         end = node.first + node.count
         if node.kind == "leaf":
             fits = end <= references
         else:
-            fits = node.count == 0 or (node.first > index and end <= nodes)
+            fits = node.first > index and end <= nodes if node.count else node.first < 1 << 32
         if not fits or min(node.first, node.count) < 0:
             raise ValueError(f"node {index} leads to {node.count} from {node.first}: children lie behind it, and nothing leads outside")
         if node.kind == "wide" and not 0 <= node.leaves <= 8 - node.count:
@@ -554,14 +589,14 @@ def _put_tree(data: bytearray, tree: Tree, has_pairs: bool) -> None:
     if has_pairs:
         _put_varint(data, len(tree.seconds))
         previous = 0
-        for second in tree.seconds:
+        for second in map(operator.index, tree.seconds):
             _put_varint(data, second - previous)
             previous = second
 
 
 def _put_differences(data: bytearray, numbers: Sequence[int]) -> None:
     previous = 0
-    for number in numbers:
+    for number in map(operator.index, numbers):
         _put_varint(data, _zigzag(number - previous))
         previous = number
 

@@ -19,18 +19,20 @@ pub(crate) struct Program {
 }
 
 impl Programs {
-    /// Those of the sources `name.c` and `name.py`.
+    /// Those of the sources `name.c` and `name.py`, or of the one that there is.
     pub(crate) fn new(name: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/contributed_writers").join(name);
         let mut all = Vec::new();
-        if is_there("cc", "--version") {
+        if source.with_extension("c").exists() && is_there("cc", "--version") {
             let built = folder.path().join(name);
             compile(&source.with_extension("c"), &built);
             all.push(Program { name: "c", start: vec![built.into()] });
         }
         // Of an older Python the annotations are no syntax.
-        if is_there("python3", "-cimport sys; sys.exit(sys.version_info < (3, 9))") {
+        if source.with_extension("py").exists()
+            && is_there("python3", "-cimport sys; sys.exit(sys.version_info < (3, 9))")
+        {
             let start = vec!["python3".into(), "-B".into(), source.with_extension("py").into()];
             all.push(Program { name: "python", start });
         }
@@ -55,7 +57,7 @@ fn compile(source: &Path, built: &Path) {
 
 impl Program {
     /// What it prints, or with exit code 1 its error.
-    pub(crate) fn run(&self, arguments: &[&OsStr], input: &str) -> Result<String, String> {
+    pub(crate) fn run(&self, arguments: &[&OsStr], input: impl AsRef<[u8]>) -> Result<String, String> {
         let mut running = Command::new(&self.start[0])
             .args(&self.start[1..])
             .args(arguments)
@@ -64,10 +66,11 @@ impl Program {
             .stderr(Stdio::piped())
             .spawn()
             .expect("it starts");
+        let input = input.as_ref();
         let mut pipe = running.stdin.take().expect("a pipe");
         // A program that refuses early closes it; what it says comes below.
         let _ = std::thread::scope(|scope| {
-            let written = scope.spawn(move || pipe.write_all(input.as_bytes()));
+            let written = scope.spawn(move || pipe.write_all(input));
             written.join().expect("no panic")
         });
         let output = running.wait_with_output().expect("it ends");

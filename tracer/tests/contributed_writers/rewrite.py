@@ -7,6 +7,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2] / "contrib"))
 from rbt_writer import Header, RaySet, Tree, TwoLevel, Writer, inner, leaf, wide  # noqa: E402
 
+# Bytes that are not UTF-8 become lone surrogates.
+sys.stdin.reconfigure(encoding="utf-8", errors="surrogateescape")
 generator, scene, more, rest = sys.stdin.read().split("\n", 3)
 words = iter(rest.split())
 
