@@ -164,6 +164,7 @@ fn every_option_that_a_page_names_is_one_of_the_program() {
         "replay",
         "compare",
         "whatif",
+        "sweep",
         "check",
         "cache",
         "list",
