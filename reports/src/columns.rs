@@ -24,7 +24,7 @@ impl Column {
 
     fn padded(cells: Vec<String>, pad: impl Fn(&str, usize) -> String) -> Self {
         let width = cells.iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
-        Self { width, cells: cells.iter().map(|cell| pad(cell, width)).collect() }
+        Self { width, cells: cells.into_iter().map(|cell| pad(&cell, width)).collect() }
     }
 }
 

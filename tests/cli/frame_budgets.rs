@@ -246,31 +246,58 @@ fn a_budget_that_cannot_be_followed_is_refused_with_its_line() {
     }
 }
 
-/// What may stand in an element of JUnit's form: attributes that it must have, those that it may have, and elements. After the schema that
-/// Jenkins' xUnit plugin holds reports against, version 10.
-const JUNIT: [(&str, &[&str], &[&str], &[&str]); 7] = [
-    ("testsuites", &[], &["name", "time", "tests", "failures", "errors"], &["testsuite"]),
-    (
-        "testsuite",
-        &["name", "tests", "failures", "errors"],
-        &["group", "time", "skipped", "timestamp", "hostname", "id", "package", "file", "log", "url"],
-        &["testsuite", "properties", "testcase", "system-out", "system-err"],
-    ),
-    (
-        "testcase",
-        &["name"],
-        &["time", "classname", "group"],
-        &["skipped", "error", "failure", "system-out", "system-err"],
-    ),
-    ("failure", &[], &["type", "message"], &[]),
-    ("skipped", &[], &["type", "message"], &[]),
-    ("system-out", &[], &[], &[]),
-    ("system-err", &[], &[], &[]),
+/// An element of JUnit's form.
+struct Element {
+    name: &'static str,
+    /// Attributes that it must have.
+    required: &'static [&'static str],
+    /// Attributes that it may have.
+    optional: &'static [&'static str],
+    /// Elements that it may have.
+    children: &'static [&'static str],
+}
+
+/// After the schema that Jenkins' xUnit plugin holds reports against, version 10.
+const JUNIT: [Element; 7] = [
+    Element {
+        name: "testsuites",
+        required: &[],
+        optional: &["name", "time", "tests", "failures", "errors"],
+        children: &["testsuite"],
+    },
+    Element {
+        name: "testsuite",
+        required: &["name", "tests", "failures", "errors"],
+        optional: &[
+            "group",
+            "time",
+            "skipped",
+            "timestamp",
+            "hostname",
+            "id",
+            "package",
+            "file",
+            "log",
+            "url",
+        ],
+        children: &["testsuite", "properties", "testcase", "system-out", "system-err"],
+    },
+    Element {
+        name: "testcase",
+        required: &["name"],
+        optional: &["time", "classname", "group"],
+        children: &["skipped", "error", "failure", "system-out", "system-err"],
+    },
+    Element { name: "failure", required: &[], optional: &["type", "message"], children: &[] },
+    Element { name: "skipped", required: &[], optional: &["type", "message"], children: &[] },
+    Element { name: "system-out", required: &[], optional: &[], children: &[] },
+    Element { name: "system-err", required: &[], optional: &[], children: &[] },
 ];
 
 fn assert_junit(node: roxmltree::Node<'_, '_>) {
     let name = node.tag_name().name();
-    let (_, required, optional, children) = JUNIT.iter().find(|known| known.0 == name).expect(name);
+    let Element { required, optional, children, .. } =
+        JUNIT.iter().find(|known| known.name == name).expect(name);
     let attributes: Vec<&str> = node.attributes().map(|attribute| attribute.name()).collect();
     assert!(required.iter().all(|each| attributes.contains(each)), "{name} has {attributes:?}");
     assert!(

@@ -35,10 +35,10 @@ impl Kind {
     }
 
     /// The narrowest that all cells have.
-    fn of<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> Self {
-        if cells.clone().all(|cell| cell.parse::<i64>().is_ok()) {
+    fn of(cells: &[&str]) -> Self {
+        if cells.iter().all(|cell| cell.parse::<i64>().is_ok()) {
             Self::Integer
-        } else if cells.clone().all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite)) {
+        } else if cells.iter().all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite)) {
             Self::Real
         } else {
             Self::Text
@@ -89,9 +89,9 @@ fn columns(sweep: &Sweep) -> Vec<Column<'_>> {
             Some(point.id.clone())
         })];
     for (option, name) in sweep.options.iter().enumerate() {
-        let set = points.iter().filter_map(|point| point.values[option].as_deref());
+        let set: Vec<&str> = points.iter().filter_map(|point| point.values[option].as_deref()).collect();
         let meaning = "option of raybudget profile, or figure of the GPU";
-        columns.push(column(name, Kind::of(set), "", meaning, &|point| point.values[option].clone()));
+        columns.push(column(name, Kind::of(&set), "", meaning, &|point| point.values[option].clone()));
     }
     let flags = (0..points.len()).map(|index| Some(on_front.contains(&index).to_string()));
     columns.push(Column {
