@@ -1,7 +1,7 @@
 //! A point with what it asks for, checked, and the name of its inputs.
 
 use super::plan::{Plan, PlannedPoint};
-use crate::args::FrameArgs;
+use crate::args::{FrameArgs, MachineArgs};
 use crate::machine::Machine;
 use crate::options::Request;
 use crate::report::TOOL;
@@ -23,11 +23,15 @@ pub(crate) struct ReadyPoint {
 }
 
 impl ReadyPoint {
-    /// Checks what a point asks for; where its options mean nothing together, why.
+    /// Checks what a point asks for; where its options mean nothing together, why. Machines are made once, see `known`.
     ///
     /// # Errors
     /// On options that do not exist, or contradict each other.
-    fn new(index: usize, point: &PlannedPoint) -> anyhow::Result<Result<Self, &'static str>> {
+    fn new(
+        index: usize,
+        point: &PlannedPoint,
+        known: &mut Vec<(MachineArgs, Machine)>,
+    ) -> anyhow::Result<Result<Self, &'static str>> {
         let Request { scene, frame, machine } = point.options.request()?;
         let point = vary::Point { values: Vec::new(), frame, machine };
         if let Some(reason) = meaningless(&point) {
@@ -35,7 +39,14 @@ impl ReadyPoint {
         }
         let vary::Point { frame, machine, .. } = point;
         let settings = FrameSettings::new(&frame)?;
-        let machine = Machine::of_whole_frames(&machine)?;
+        let machine = match known.iter().find(|(args, _)| *args == machine) {
+            Some((_, known)) => known.clone(),
+            None => {
+                let made = Machine::of_whole_frames(&machine)?;
+                known.push((machine, made.clone()));
+                made
+            }
+        };
         Ok(Ok(Self { index, scene, frame, settings, machine }))
     }
 
@@ -49,8 +60,9 @@ impl ReadyPoint {
             let options = plan.points[index].options.iter().map(|(key, value)| format!("{key} {value}"));
             format!("{file}: point {} ({})", index + 1, options.collect::<Vec<_>>().join(", "))
         };
-        let made: Vec<_> =
-            plan.points.iter().enumerate().map(|(index, point)| Self::new(index, point)).collect();
+        let mut known = Vec::new();
+        let points = plan.points.iter().enumerate();
+        let made: Vec<_> = points.map(|(index, point)| Self::new(index, point, &mut known)).collect();
         for (axis, GridAxis { name, values }) in plan.axes.iter().enumerate() {
             for (value, shown) in values.iter().enumerate() {
                 let has_value = |index: &usize| {
