@@ -9,8 +9,17 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// How names of unfinished files begin.
-pub(crate) const TEMPORARY: &str = ".raybudget-";
+/// How names of unfinished files begin, and how many random letters and digits follow.
+const TEMPORARY: &str = ".raybudget-";
+const RANDOM: usize = 6;
+
+/// Whether a file has the name of an unfinished one.
+pub(crate) fn is_unfinished(name: &str) -> bool {
+    let random = name.strip_prefix(TEMPORARY);
+    random.is_some_and(|random| {
+        random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
+    })
+}
 
 /// A file in the making.
 pub(crate) struct OutputFile {
@@ -105,7 +114,7 @@ fn temporary_beside(path: &Path) -> anyhow::Result<NamedTempFile> {
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY);
+    builder.prefix(TEMPORARY).rand_bytes(RANDOM);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

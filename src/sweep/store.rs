@@ -1,7 +1,7 @@
 //! The folder of a sweep: a file for each point that is known.
 
 use crate::console;
-use crate::output::{OutputFile, OutputFolder, TEMPORARY, read_text};
+use crate::output::{OutputFile, OutputFolder, is_unfinished, read_text};
 use crate::report::TOOL;
 use anyhow::{anyhow, bail};
 use reports::sweep::Figures;
@@ -52,13 +52,15 @@ impl Store {
         Ok(store)
     }
 
-    /// Removes points that a killed process left unfinished.
+    /// Removes files that a killed process left unfinished.
     fn remove_unfinished(&self) -> anyhow::Result<()> {
-        let unfinished = |path: &PathBuf| {
-            path.is_file()
-                && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(TEMPORARY))
+        let unfinished = |path: &&PathBuf| {
+            path.is_file() && path.file_name().is_some_and(|name| is_unfinished(&name.to_string_lossy()))
         };
-        entries(&self.points_path)?.iter().filter(|path| unfinished(path)).try_for_each(|path| remove(path))
+        for folder in [&self.path, &self.points_path] {
+            entries(folder)?.iter().filter(unfinished).try_for_each(|path| remove(path))?;
+        }
+        Ok(())
     }
 
     fn has_points(&self) -> anyhow::Result<bool> {
