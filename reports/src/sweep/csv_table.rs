@@ -61,7 +61,7 @@ pub fn write(sweep: &Sweep) -> String {
     String::from_utf8(bytes).expect("made of strings")
 }
 
-/// What the columns of [`write`] are, in their order: name, type, unit, meaning.
+/// What the columns of [`write()`] are, in their order: name, type, unit, meaning.
 pub fn columns_text(sweep: &Sweep) -> String {
     let row = |column: &Column<'_>| {
         [
