@@ -204,10 +204,11 @@ pub(crate) fn sampled_answer<S: TileSource>(
     let header = source.header();
     let profilers = Profiler::all()?;
     let progress = Progress::spinner("sampling");
-    let (attempt, replay_s) = timed(|| Sampler::new(source, &machine.config)?.reach(goal, seed));
+    let configs = std::slice::from_ref(&machine.config);
+    let (attempt, replay_s) = timed(|| Sampler::new(source, configs)?.reach(goal, seed));
     drop(progress);
     let mut notes = Vec::new();
-    let sampled = match attempt? {
+    let mut sampled = match attempt? {
         Attempt::Whole(reason) => return whole(&reason),
         Attempt::Sampled(sampled) => sampled,
         Attempt::TooLate(sampled) => {
@@ -216,7 +217,7 @@ pub(crate) fn sampled_answer<S: TileSource>(
             sampled
         }
     };
-    let Sampled { replayed, estimate, intervals, tiles } = *sampled;
+    let Sampled { replayed, estimate, intervals, tiles, .. } = sampled.remove(0);
     let part = (f64::from(tiles) / f64::from(header.frame.tiles())).min(1.0);
     let run = ran(Fidelity::Sampled, part, before, replay_s, meter);
     let mut report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run)

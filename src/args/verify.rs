@@ -94,6 +94,10 @@ pub(crate) struct AccuracyArgs {
     /// A part of the tiles; may be given again [default: 6%, 7.5%, 12%, 25%].
     #[arg(long, value_name = "PART", requires = "samples", value_delimiter = ',')]
     pub(crate) part: Vec<String>,
+    /// What a sample of both frames says of a change is held against their replays too, such as layout=split; may be given again
+    /// [default: layout=split, node-order=breadth-first].
+    #[arg(long, value_name = "AXIS=V+V", requires = "samples", value_delimiter = ',')]
+    pub(crate) change: Vec<String>,
     /// Only see that it works: two scenes, two traversals, two GPUs and small images, where these are not given.
     #[arg(long)]
     pub(crate) quick: bool,

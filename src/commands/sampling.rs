@@ -3,7 +3,7 @@
 use super::accuracy::given_or;
 use super::compare::check_scenes;
 use crate::Outcome;
-use crate::args::{AccuracyArgs, Format, MachineArgs};
+use crate::args::{AccuracyArgs, Format, FrameArgs, MachineArgs};
 use crate::console;
 use crate::machine::Machine;
 use crate::meter::{self, Meter};
@@ -12,7 +12,10 @@ use crate::report::TOOL;
 use crate::sample::fraction;
 use crate::settings::start_threads;
 use crate::verify::accuracy::Walk;
-use crate::verify::sampling as measure;
+
+use crate::vary::Variation;
+use crate::verify::sampling::{self as measure, Case};
+use anyhow::bail;
 use reports::sampling::{self, LIMITS, Sampling};
 use reports::text::Style;
 use serde_json::json;
@@ -23,11 +26,23 @@ struct Defaults {
     size: &'static str,
     parts: &'static [&'static str],
     seeds: u32,
+    changes: &'static [&'static str],
 }
 
-const WHOLE: Defaults =
-    Defaults { scene: "soup", size: "1024x1024", parts: &["6%", "7.5%", "12%", "25%"], seeds: 20 };
-const QUICK: Defaults = Defaults { scene: "atrium", size: "768x768", parts: &["12%", "25%"], seeds: 4 };
+const WHOLE: Defaults = Defaults {
+    scene: "soup",
+    size: "1024x1024",
+    parts: &["6%", "7.5%", "12%", "25%"],
+    seeds: 20,
+    changes: &["layout=split", "node-order=breadth-first"],
+};
+const QUICK: Defaults = Defaults {
+    scene: "atrium",
+    size: "768x768",
+    parts: &["12%", "25%"],
+    seeds: 4,
+    changes: &["layout=split"],
+};
 
 pub(super) fn run(args: &AccuracyArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let defaults = if args.quick { QUICK } else { WHOLE };
@@ -38,10 +53,27 @@ pub(super) fn run(args: &AccuracyArgs, meter: &Meter) -> anyhow::Result<Outcome>
         .iter()
         .map(|name| Walk::named(name, size))
         .collect::<anyhow::Result<Vec<_>>>()?;
-    let machine =
-        |gpu: &String| Machine::new(&MachineArgs { gpu: Some(gpu.clone()), ..MachineArgs::default() });
-    let gpus =
-        given_or(&args.gpu, &["adreno-540"]).iter().map(machine).collect::<anyhow::Result<Vec<_>>>()?;
+    let changes = given_or(&args.change, defaults.changes);
+    let changes = changes.iter().map(|text| Variation::parse(text)).collect::<anyhow::Result<Vec<_>>>()?;
+    let mut cases = Vec::new();
+    for gpu in given_or(&args.gpu, &["adreno-540"]) {
+        let machine = MachineArgs { gpu: Some(gpu), ..MachineArgs::default() };
+        cases.push(Case { machine: Machine::new(&machine)?, changed: None });
+        for variation in &changes {
+            for point in Variation::points(std::slice::from_ref(variation), &FrameArgs::default(), &machine)?
+            {
+                if point.frame != FrameArgs::default() {
+                    bail!(
+                        "--change {}: it changes what is traced, not how that is replayed",
+                        variation.axis.name()
+                    );
+                }
+                let change = format!("{} {}", variation.axis.name(), point.values.join(" "));
+                let changed = Some((change, Machine::new(&point.machine)?));
+                cases.push(Case { machine: Machine::new(&machine)?, changed });
+            }
+        }
+    }
     let mut parts = given_or(&args.part, defaults.parts)
         .iter()
         .map(|part| fraction("--part", part))
@@ -54,7 +86,7 @@ pub(super) fn run(args: &AccuracyArgs, meter: &Meter) -> anyhow::Result<Outcome>
         folder.check(&["sampling.txt", "sampling.json", "sampling.csv"])?;
     }
 
-    let frames = measure::all(&scenes, &walks, &gpus, &parts, seeds)?;
+    let frames = measure::all(&scenes, &walks, &cases, &parts, seeds)?;
     let sampling = Sampling { frames, seeds, limits: LIMITS };
     let run = json!({
         "tool": TOOL,

@@ -116,6 +116,7 @@ impl Slot {
 }
 
 /// What has happened since the start, after a stretch of time.
+#[derive(Default)]
 pub(crate) struct Sums {
     /// By [`Pass`].
     pub(crate) traffic: [TrafficCounters; Pass::COUNT],

@@ -3,8 +3,9 @@
 use crate::counters::{BufferTraffic, IssueCounters, Numbers, Pass, ScheduleCounters, TrafficCounters};
 use crate::engine::Finished;
 use crate::error::Error;
-use crate::interleave::Sums;
+use crate::interleave::{Interleaver, Sums};
 use crate::prepared::Prepared;
+use crate::warp::TileStreams;
 use crate::windows::Window;
 use crate::workshop::Workshop;
 use std::ops::Range;
@@ -60,61 +61,91 @@ fn minus<T: Numbers>(mut all: T, mut before: T) -> T {
     all
 }
 
-/// Replays the tiles of a block on warps and caches that the `warm_up` tiles before it have filled. At the frame's start there is
-/// nothing before; at its end the cores run dry and dirty lines are written back.
+/// Replays the tiles of a block, for each of the variants that `workshop` makes tiles for, on warps and caches that the `warm_up` tiles
+/// before it have filled. At the frame's start there is nothing before; at its end the cores run dry and dirty lines are written back.
 pub(super) fn count<S: TileSource>(
     source: &S,
-    prepared: &Prepared<'_>,
+    variants: &[&Prepared<'_>],
     workshop: &Workshop<'_>,
     tiles: Range<u32>,
     warm_up: u32,
-) -> Result<Counted, Error> {
-    let last = tiles.end == source.header().frame.tiles();
-    let mut engine = prepared.interleaver()?;
-    let made = |index: u32| -> Result<_, Error> {
-        let mut tile = workshop.tile(source, index)?;
-        Ok(tile.variants.swap_remove(0).streams)
-    };
+) -> Result<Vec<Counted>, Error> {
+    let mut blocks = variants.iter().map(|variant| Block::new(variant)).collect::<Result<Vec<_>, _>>()?;
     for index in tiles.start.saturating_sub(warm_up)..tiles.start {
-        engine.push(&made(index)?);
-        engine.run_ahead();
+        let made = workshop.tile(source, index)?;
+        blocks.iter_mut().zip(&made.variants).for_each(|(block, tile)| block.run(&tile.streams));
     }
-    if tiles.start > 0 {
-        engine.run_until_short();
-    }
-    let before = engine.end_stretch(Pass::Primary);
-    let mut counted = Counted::default();
+    blocks.iter_mut().for_each(|block| block.begin(tiles.start > 0));
     for index in tiles.clone() {
-        let streams = made(index)?;
-        for stream in [&streams.tree, &streams.own] {
-            counted.issue.iter_mut().zip(&stream.issue).for_each(|(sum, &issue)| *sum += issue);
+        let made = workshop.tile(source, index)?;
+        blocks.iter_mut().zip(&made.variants).for_each(|(block, tile)| {
+            block.issued(&tile.streams);
+            block.run(&tile.streams);
+        });
+    }
+    let last = tiles.end == source.header().frame.tiles();
+    let filled = tiles.start > warm_up;
+    Ok(blocks.into_iter().zip(variants).map(|(block, variant)| block.end(variant, last, filled)).collect())
+}
+
+/// A block at work on one variant.
+struct Block {
+    engine: Interleaver,
+    counted: Counted,
+    /// At its begin.
+    before: Sums,
+}
+
+impl Block {
+    fn new(variant: &Prepared<'_>) -> Result<Self, Error> {
+        Ok(Self { engine: variant.interleaver()?, counted: Counted::default(), before: Sums::default() })
+    }
+
+    fn run(&mut self, streams: &TileStreams) {
+        self.engine.push(streams);
+        self.engine.run_ahead();
+    }
+
+    /// What came up to here was warm-up, if there was any.
+    fn begin(&mut self, warm: bool) {
+        if warm {
+            self.engine.run_until_short();
         }
-        engine.push(&streams);
-        engine.run_ahead();
+        self.before = self.engine.end_stretch(Pass::Primary);
     }
-    if last {
-        engine.drain(Pass::Primary);
-    } else {
-        engine.run_until_short();
+
+    fn issued(&mut self, streams: &TileStreams) {
+        for stream in [&streams.tree, &streams.own] {
+            self.counted.issue.iter_mut().zip(&stream.issue).for_each(|(sum, &issue)| *sum += issue);
+        }
     }
-    let after = engine.end_stretch(Pass::Primary);
-    let Finished { flush, phases, .. } = engine.finish();
-    // What is left at the end of another block is not written back there.
-    counted.stretch.flush = if last { flush } else { BufferTraffic::default() };
-    let of_before = usize::from(before.schedule.ticks > 0);
-    phases
-        .iter()
-        .skip(of_before)
-        .flat_map(|phase| &phase.windows)
-        .for_each(|window| counted.window.add(window));
-    let Sums { traffic, schedule, memory_reads } = after;
-    counted.stretch.traffic = minus(traffic, before.traffic);
-    counted.stretch.schedule = minus(schedule, before.schedule);
-    counted.memory_reads = memory_reads - before.memory_reads;
-    // Until a cache has been filled once, any line that is new to it might have been there.
-    if tiles.start > warm_up {
-        let lines = prepared.last_cache_lines();
-        counted.uncertain_reads = memory_reads.min(lines) - before.memory_reads.min(lines);
+
+    /// It is the `last` of the frame, or another follows; `filled` where a frame has tiles before those of its warm-up.
+    fn end(self, variant: &Prepared<'_>, last: bool, filled: bool) -> Counted {
+        let Self { mut engine, mut counted, before } = self;
+        if last {
+            engine.drain(Pass::Primary);
+        } else {
+            engine.run_until_short();
+        }
+        let Sums { traffic, schedule, memory_reads } = engine.end_stretch(Pass::Primary);
+        let Finished { flush, phases, .. } = engine.finish();
+        // What is left at the end of another block is not written back there.
+        counted.stretch.flush = if last { flush } else { BufferTraffic::default() };
+        let of_before = usize::from(before.schedule.ticks > 0);
+        phases
+            .iter()
+            .skip(of_before)
+            .flat_map(|phase| &phase.windows)
+            .for_each(|window| counted.window.add(window));
+        counted.stretch.traffic = minus(traffic, before.traffic);
+        counted.stretch.schedule = minus(schedule, before.schedule);
+        counted.memory_reads = memory_reads - before.memory_reads;
+        // Until a cache has been filled once, any line that is new to it might have been there.
+        if filled {
+            let lines = variant.last_cache_lines();
+            counted.uncertain_reads = memory_reads.min(lines) - before.memory_reads.min(lines);
+        }
+        counted
     }
-    Ok(counted)
 }

@@ -10,7 +10,8 @@ use tracer::TileSource;
 pub enum Goal {
     /// About this part of the frame's tiles is replayed.
     Part(f64),
-    /// The intervals of these counters reach no further than these parts of them to either side.
+    /// The intervals of these counters reach no further than these parts of them to either side. Of several variants, those of what each
+    /// of the others changes do, by these parts of the first one's counters.
     Within(Vec<(String, f64)>),
     /// All is done by then.
     By(Instant),
@@ -18,10 +19,10 @@ pub enum Goal {
 
 /// What came of it.
 pub enum Attempt {
-    /// A sample that reaches the goal.
-    Sampled(Box<Sampled>),
+    /// A sample that reaches the goal, by variant.
+    Sampled(Vec<Sampled>),
     /// The smallest sample, which does not.
-    TooLate(Box<Sampled>),
+    TooLate(Vec<Sampled>),
     /// The whole frame should be replayed, for this reason.
     Whole(String),
 }
@@ -47,7 +48,7 @@ impl<S: TileSource> Sampler<'_, S> {
             return Ok(Attempt::Whole(format!("the frame's {tiles} tiles are too few for a sample of them")));
         }
         match goal {
-            &Goal::Part(part) => Ok(Attempt::Sampled(Box::new(self.sample(part, seed)?))),
+            &Goal::Part(part) => Ok(Attempt::Sampled(self.sample(part, seed)?)),
             Goal::Within(tolerances) => self.within(tolerances, [smallest, largest], seed),
             &Goal::By(end) => self.by(end, [smallest, largest], seed),
         }
@@ -63,16 +64,17 @@ impl<S: TileSource> Sampler<'_, S> {
         for stage in 0.. {
             let sampled = self.sample(part, seed ^ (stage << STAGE_BITS))?;
             // By how much an interval is too wide.
-            let excess = |(id, tolerance): &(String, f64)| sampled.margin(id) / tolerance;
+            let excess = |(id, tolerance): &(String, f64)| margin(&sampled, id) / tolerance;
             let widest = tolerances.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)));
             let Some(widest) = widest.filter(|widest| stage == 0 || excess(widest) > 1.0) else {
-                return Ok(Attempt::Sampled(Box::new(sampled)));
+                return Ok(Attempt::Sampled(sampled));
             };
             part = part.max(excess(widest).powi(2) * VARIANCE_MARGIN * part);
             if part > largest {
                 let (id, tolerance) = widest;
+                let what = if sampled.len() > 1 { "the change of " } else { "" };
                 return Ok(Attempt::Whole(format!(
-                    "a sample that saves time would leave {id} further off than {} %",
+                    "a sample that saves time would leave {what}{id} further off than {} %",
                     100.0 * tolerance
                 )));
             }
@@ -86,7 +88,7 @@ impl<S: TileSource> Sampler<'_, S> {
         let took = start.elapsed().as_secs_f64();
         let left = end.saturating_duration_since(Instant::now()).as_secs_f64() * TIME_MARGIN;
         let tiles = f64::from(self.source.header().frame.tiles());
-        let of_tile = took / f64::from(pilot.tiles);
+        let of_tile = took / f64::from(pilot[0].tiles);
         // However many threads make tiles, one takes the turns of all warps.
         let threads = rayon::current_num_threads() as f64;
         if of_tile * (threads * SERIAL_PART).max(1.0) * tiles <= left {
@@ -94,15 +96,26 @@ impl<S: TileSource> Sampler<'_, S> {
         }
         let part = (left / of_tile / tiles).min(largest);
         if part > smallest {
-            return Ok(Attempt::Sampled(Box::new(self.sample(part, seed ^ (1 << STAGE_BITS))?)));
+            return Ok(Attempt::Sampled(self.sample(part, seed ^ (1 << STAGE_BITS))?));
         }
-        let pilot = Box::new(pilot);
         Ok(if Instant::now() <= end { Attempt::Sampled(pilot) } else { Attempt::TooLate(pilot) })
     }
 }
 
 /// Where in a seed the number of the stage is.
 const STAGE_BITS: u32 = 56;
+
+/// How far a counter's interval reaches from its value, as a part of that; of several variants, how far those of the changes reach, as
+/// a part of the first one's, the furthest of them.
+fn margin(sampled: &[Sampled], id: &str) -> f64 {
+    match sampled {
+        [] => 0.0,
+        [alone] => alone.margin(id),
+        [first, others @ ..] => {
+            others.iter().map(|other| other.margin_of_change(first, id)).fold(0.0, f64::max)
+        }
+    }
+}
 
 impl Sampled {
     /// How far a counter's interval reaches from its value, as a part of that; infinite from a value of 0 that is not exact, and 0
@@ -114,5 +127,18 @@ impl Sampled {
         };
         let reach = (value - low).max(high - value);
         if reach > 0.0 { reach / value.abs() } else { 0.0 }
+    }
+
+    /// How far the interval of what a counter is in terms of that of `first`, a sample of the same blocks, reaches from its value; 0 for
+    /// a counter without such an interval.
+    fn margin_of_change(&self, first: &Self, id: &str) -> f64 {
+        let number = |of: &Self| of.estimate.frame.get(id).and_then(|value| value.number());
+        let interval = self.ratios_to(first).and_then(|ratios| ratios.into_iter().find(|(of, _)| *of == id));
+        let (Some((_, [low, high])), Some(this), Some(first)) = (interval, number(self), number(first))
+        else {
+            return 0.0;
+        };
+        let ratio = if this == first { 1.0 } else { this / first };
+        (ratio - low).max(high - ratio)
     }
 }

@@ -2,10 +2,45 @@
 
 use crate::counters::{COUNTERS, CounterInfo, CounterSet, Pass, Value};
 use crate::estimate::{Estimate, PassEstimate};
+use crate::sampled::design::Pick;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Share of samples whose intervals hold what they estimate.
 const CONFIDENCE: f64 = 0.95;
+
+/// What else a sample says of its frame: it tells how far off the frame may be.
+pub(super) struct Basis {
+    pub(super) picks: Vec<Pick>,
+    pub(super) whole: CounterSet,
+    /// If warmer caches had done other things that they might.
+    pub(super) others: Vec<CounterSet>,
+    pub(super) replicates: Vec<CounterSet>,
+}
+
+impl Basis {
+    /// Confidence intervals of 95 % of how many times as large each counter is as that of `first`, a sample of the same blocks: what
+    /// chance does to both of them cancels. `None` of other blocks.
+    pub(super) fn ratios(&self, first: &Self) -> Option<Vec<Option<[f64; 2]>>> {
+        let alike = self.picks == first.picks && self.replicates.len() == first.replicates.len();
+        alike.then(|| {
+            let of_counter = |info: &CounterInfo| {
+                let ratio = |(this, first): (&CounterSet, &CounterSet)| {
+                    let number = |set: &CounterSet| set.get(info.id).and_then(Value::number);
+                    let (this, first) = (number(this)?, number(first)?);
+                    let ratio = if this == first { 1.0 } else { this / first };
+                    ratio.is_finite().then_some(ratio)
+                };
+                let all = |these: &[CounterSet], firsts: &[CounterSet]| -> Option<Vec<f64>> {
+                    these.iter().zip(firsts).map(ratio).collect()
+                };
+                let others = all(&self.others, &first.others)?;
+                let replicates = all(&self.replicates, &first.replicates)?;
+                Some(interval(ratio((&self.whole, &first.whole))?, &others, &replicates))
+            };
+            COUNTERS.iter().map(of_counter).collect()
+        })
+    }
+}
 
 /// Confidence intervals of 95 % of all counters.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +50,7 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// `others` are the estimates if warmer caches had done other things that they might.
+    /// `others` and `replicates` as of a [`Basis`].
     pub(super) fn new(whole: &Estimate, others: &[Estimate], replicates: &[Estimate]) -> Self {
         let of = |counters: &dyn Fn(&Estimate) -> &CounterSet| {
             let all =
@@ -47,23 +82,24 @@ fn of(intervals: &[Option<[f64; 2]>], id: &str) -> Option<[f64; 2]> {
 }
 
 fn intervals(whole: &CounterSet, others: &[CounterSet], replicates: &[CounterSet]) -> Vec<Option<[f64; 2]>> {
-    // Of each stratum there are two.
-    let quantile = quantile(replicates.len() / 2);
     let of_counter = |(info, value): (&CounterInfo, &Value)| {
-        let value = value.number()?;
         let numbers = |sets: &[CounterSet]| -> Vec<f64> {
             sets.iter().filter_map(|set| set.get(info.id).and_then(Value::number)).collect()
         };
-        let squares = numbers(replicates).into_iter().map(|replicate| (replicate - value).powi(2));
-        let error = (squares.sum::<f64>() / 2.0).sqrt();
-        let half = if error > 0.0 { quantile * error } else { 0.0 };
-        let [mut least, mut most] = [value; 2];
-        for other in numbers(others) {
-            (least, most) = (least.min(other), most.max(other));
-        }
-        Some([(least - half).max(0.0), most + half])
+        Some(interval(value.number()?, &numbers(others), &numbers(replicates)))
     };
     whole.iter().map(of_counter).collect()
+}
+
+/// Of a figure, the figures of other cache states, and those of the replicates.
+fn interval(value: f64, others: &[f64], replicates: &[f64]) -> [f64; 2] {
+    let squares = replicates.iter().map(|replicate| (replicate - value).powi(2));
+    let error = (squares.sum::<f64>() / 2.0).sqrt();
+    // Of each stratum there are two.
+    let half = if error > 0.0 { quantile(replicates.len() / 2) * error } else { 0.0 };
+    let all = || others.iter().copied().chain([value]);
+    let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    [(least - half).max(0.0), most + half]
 }
 
 /// Of Student's t, for as many degrees of freedom as there are strata.

@@ -4,6 +4,9 @@
 //! `design`. What they count is expanded to the frame's counts, from which time is found as on the rung
 //! [`Fidelity::Replay`](crate::Fidelity). The same is done for replicates of the sample, from whose spread every counter has its
 //! interval. Lines that a cache might have had if it had seen the whole frame widen it.
+//!
+//! Variants of a frame are sampled by the same blocks: how they differ is known much better than what each of them costs (Cochran 1977,
+//! chapter 6, on ratios of what is measured on the same units).
 
 mod block;
 mod calibration;
@@ -16,7 +19,7 @@ pub use goal::{Attempt, Goal};
 pub use interval::Intervals;
 
 use crate::config::Technique;
-use crate::counters::{FrameCounters, Pass};
+use crate::counters::{COUNTERS, FrameCounters, Pass};
 use crate::engine::{Engine, Finished};
 use crate::error::Error;
 use crate::estimate::{Estimate, estimate};
@@ -29,6 +32,7 @@ use crate::workshop::Workshop;
 use block::Counted;
 use design::{Blocks, Pick};
 use expand::{Expanded, Uncertain, expand};
+use interval::Basis;
 use rayon::prelude::*;
 use tracer::{Frame, TILE_RAYS, TileOutline, TileSource};
 
@@ -48,15 +52,21 @@ pub struct Sampled {
     pub intervals: Intervals,
     /// Tiles that were replayed, those among them that only filled cores and caches.
     pub tiles: u32,
+    basis: Basis,
 }
 
-/// A frame that can be sampled.
+/// A frame that can be sampled, or variants of one.
 pub struct Sampler<'a, S> {
     source: &'a S,
-    prepared: Prepared<'a>,
-    blocks: Blocks,
+    variants: Vec<Sampleable<'a>>,
     /// Tiles of a block, and as many that come before it.
     block_tiles: u32,
+}
+
+/// A variant of the frame, and its blocks: those of all variants are of the same tiles.
+struct Sampleable<'a> {
+    prepared: Prepared<'a>,
+    blocks: Blocks,
 }
 
 /// Why frames of a technique cannot be sampled; `None` if they can.
@@ -65,22 +75,36 @@ pub fn unsampled(technique: &Technique) -> Option<&'static str> {
 }
 
 impl<'a, S: TileSource> Sampler<'a, S> {
-    /// Prepares samples of `source` on `config`, whose technique [`unsampled`] does not rule out, on the rung [`Fidelity::Replay`].
+    /// Prepares samples of `source` on each of `configs`, at least one, whose techniques [`unsampled`] does not rule out, on the rung
+    /// [`Fidelity::Replay`].
     ///
     /// # Errors
     /// As [`replay`](crate::replay).
-    pub fn new(source: &'a S, config: &'a ReplayConfig) -> Result<Self, Error> {
-        debug_assert!(unsampled(&config.technique).is_none() && config.fidelity == Fidelity::Replay);
-        let prepared = Prepared::new(source, config)?;
+    ///
+    /// # Panics
+    /// Without `configs`.
+    pub fn new(source: &'a S, configs: &'a [ReplayConfig]) -> Result<Self, Error> {
+        let can_be = |config: &ReplayConfig| {
+            unsampled(&config.technique).is_none() && config.fidelity == Fidelity::Replay
+        };
+        debug_assert!(configs.iter().all(can_be));
+        let prepared: Vec<Prepared<'_>> =
+            configs.iter().map(|config| Prepared::new(source, config)).collect::<Result<_, _>>()?;
         let frame = source.header().frame;
         let outlines: Option<Vec<TileOutline>> =
             (0..frame.tiles()).into_par_iter().map(|tile| source.outline(tile)).collect::<Result<_, _>>()?;
-        let warps_of_tile = TILE_RAYS.div_ceil(config.gpu.cores.warp_width);
-        // So many fill all cores.
-        let resident = config.gpu.cores.count * prepared.resident_warps;
-        let block_tiles = resident.div_ceil(warps_of_tile).max(1);
-        let blocks = Blocks::new(frame, outlines.as_deref(), block_tiles, [resident, warps_of_tile]);
-        Ok(Self { source, prepared, blocks, block_tiles })
+        let warps = |prepared: &Prepared<'_>| {
+            let gpu = &prepared.config.gpu;
+            // So many fill all cores, and so many make a tile.
+            [gpu.cores.count * prepared.resident_warps, TILE_RAYS.div_ceil(gpu.cores.warp_width)]
+        };
+        let filling = prepared.iter().map(warps).map(|[resident, of_tile]| resident.div_ceil(of_tile));
+        let block_tiles = filling.max().expect("there is a variant").max(1);
+        let variant = |prepared| {
+            let blocks = Blocks::new(frame, outlines.as_deref(), block_tiles, warps(&prepared));
+            Sampleable { prepared, blocks }
+        };
+        Ok(Self { source, variants: prepared.into_iter().map(variant).collect(), block_tiles })
     }
 
     /// The smallest part of the frame's tiles that makes a sample, and the largest that leaves something to be gained.
@@ -90,28 +114,50 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         [of_blocks(f64::from(FEWEST_BLOCKS + 2)), LARGEST_PART]
     }
 
-    /// Replays about this part of all tiles, drawn by `seed`.
+    /// Replays about this part of all tiles on every variant, drawn by `seed`.
     ///
     /// # Errors
     /// As [`replay`](crate::replay).
-    pub fn sample(&self, part: f64, seed: u64) -> Result<Sampled, Error> {
-        let Self { source, prepared, blocks, block_tiles } = self;
+    pub fn sample(&self, part: f64, seed: u64) -> Result<Vec<Sampled>, Error> {
+        let Self { source, variants, block_tiles } = self;
         let header = source.header();
         let tiles = f64::from(header.frame.tiles());
         let wanted = part * tiles / (2.0 * f64::from(*block_tiles)) - 2.0;
+        let blocks = &variants[0].blocks;
         let picks = blocks.pick((wanted.round() as u32).max(FEWEST_BLOCKS), seed);
 
-        let workshop = Workshop::new(header, &[prepared], Maps::Dropped);
-        let count = |pick: &Pick| {
-            let tiles = blocks.tiles(pick.block);
-            block::count(*source, prepared, &workshop, tiles, *block_tiles)
+        let prepared: Vec<&Prepared<'_>> = variants.iter().map(|variant| &variant.prepared).collect();
+        let workshop = Workshop::new(header, &prepared, Maps::Dropped);
+        let count =
+            |pick: &Pick| block::count(*source, &prepared, &workshop, blocks.tiles(pick.block), *block_tiles);
+        let counted = picks.par_iter().map(count).collect::<Result<Vec<Vec<Counted>>, Error>>()?;
+        let mut by_variant: Vec<Vec<Counted>> = variants.iter().map(|_| Vec::new()).collect();
+        for of_pick in counted {
+            by_variant.iter_mut().zip(of_pick).for_each(|(of_variant, counted)| of_variant.push(counted));
+        }
+        let sampled = |(variant, counted): (&Sampleable<'_>, &Vec<Counted>)| {
+            variant.sampled(*source, &picks, counted, *block_tiles)
         };
-        let counted = picks.par_iter().map(count).collect::<Result<Vec<Counted>, Error>>()?;
+        variants.iter().zip(&by_variant).map(sampled).collect()
+    }
+}
 
-        let present = self.present()?;
-        let weights = design::weights(&picks);
+impl Sampleable<'_> {
+    /// What the picks counted stands for.
+    fn sampled<S: TileSource>(
+        &self,
+        source: &S,
+        picks: &[Pick],
+        counted: &[Counted],
+        block_tiles: u32,
+    ) -> Result<Sampled, Error> {
+        let Self { prepared, blocks } = self;
+        let header = source.header();
+        let present = self.present(source)?;
+        let weights = design::weights(picks);
         let frame = |weights: &[f64], uncertain| -> Result<(Replayed, Estimate), Error> {
-            let replayed = self.replayed(expand(blocks, &picks, weights, &counted, uncertain), &present);
+            let replayed =
+                self.replayed(source, expand(blocks, picks, weights, counted, uncertain), &present);
             let estimate = estimate(&replayed, header, source.topology(), prepared.config)?;
             Ok((replayed, estimate))
         };
@@ -123,7 +169,7 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         };
         let (replayed, estimate) = frame(&weights, likely)?;
         let others = [frame(&weights, other)?.1, frame(&weights, Uncertain::Evicting)?.1];
-        let replicates = design::replicates(&picks)
+        let replicates = design::replicates(picks)
             .par_iter()
             .flatten_iter()
             .map(|weights| frame(weights, likely).map(|(_, estimate)| estimate))
@@ -131,14 +177,24 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         let intervals = Intervals::new(&estimate, &others, &replicates);
         let tiles = picks.iter().map(|pick| {
             let tiles = blocks.tiles(pick.block);
-            tiles.end - tiles.start.saturating_sub(*block_tiles)
+            tiles.end - tiles.start.saturating_sub(block_tiles)
         });
-        Ok(Sampled { replayed, estimate, intervals, tiles: tiles.sum() })
+        let frames = |estimates: &[Estimate]| estimates.iter().map(|of| of.frame.clone()).collect();
+        let basis = Basis {
+            picks: picks.to_vec(),
+            whole: estimate.frame.clone(),
+            others: frames(&others),
+            replicates: frames(&replicates),
+        };
+        Ok(Sampled { replayed, estimate, intervals, tiles: tiles.sum(), basis })
     }
 
     /// The pass that draws the image of a compute stage, whole; it is the same in all samples.
-    fn present(&self) -> Result<Option<(FrameCounters, Vec<PhaseWindows>)>, Error> {
-        let Self { source, prepared, .. } = self;
+    fn present<S: TileSource>(
+        &self,
+        source: &S,
+    ) -> Result<Option<(FrameCounters, Vec<PhaseWindows>)>, Error> {
+        let Self { prepared, .. } = self;
         if prepared.config.technique.present.is_none() {
             return Ok(None);
         }
@@ -152,12 +208,13 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         Ok(Some((counters, phases)))
     }
 
-    fn replayed(
+    fn replayed<S: TileSource>(
         &self,
+        source: &S,
         Expanded { mut counters, phase }: Expanded,
         present: &Option<(FrameCounters, Vec<PhaseWindows>)>,
     ) -> Replayed {
-        let Self { source, prepared: Prepared { program, resident_warps, lane_map, .. }, .. } = self;
+        let Prepared { program, resident_warps, lane_map, .. } = &self.prepared;
         counters.schedule.warps = warps(source.header().frame, lane_map);
         let mut phases = vec![phase];
         if let Some((of_present, windows)) = present {
@@ -170,6 +227,16 @@ impl<'a, S: TileSource> Sampler<'a, S> {
         let Buffers { structure_bytes, sizes: buffers, .. } = program.buffers;
         let resident_warps = [*resident_warps; Pass::COUNT];
         Replayed { counters, maps: None, structure_bytes, buffers, resident_warps, phases, timed: None }
+    }
+}
+
+impl Sampled {
+    /// How many times as large the counters of the frame are as those of `first`, a sample of the same blocks: an interval of 95 % for
+    /// each, by its id; none where the first is 0 or one of the two is not there. `None` if the blocks are others.
+    pub fn ratios_to(&self, first: &Self) -> Option<Vec<(&'static str, [f64; 2])>> {
+        let ratios = self.basis.ratios(&first.basis)?;
+        let named = COUNTERS.iter().zip(ratios).filter_map(|(info, ratio)| Some((info.id, ratio?)));
+        Some(named.collect())
     }
 }
 

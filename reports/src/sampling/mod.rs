@@ -1,6 +1,7 @@
-//! Samples of frames held against their replays: errors, intervals and run times by the part that was replayed.
+//! Samples of frames held against their replays, and what samples say of a change against what replays say of it: errors, intervals
+//! and run times by the part that was replayed.
 //!
-//! An error is `sampled / replayed - 1`. The 95th percentile of its magnitude is over the seeds of a frame and part.
+//! An error is `sampled / replayed - 1`, of a figure or, for a change, of how many times as large it makes the figure. The 95th percentile of its magnitude is over the seeds of a frame and part.
 
 mod charts;
 mod tables;
@@ -55,7 +56,9 @@ pub struct Frame {
     pub traversal: String,
     /// The GPU's name.
     pub gpu: String,
-    /// Seconds of one processor of this machine that its replay takes.
+    /// What is changed, where the counters are of the change.
+    pub change: Option<String>,
+    /// Seconds of one processor of this machine that its replay takes, with that of the changed frame.
     pub replay_s: f64,
     /// The smallest part first.
     pub samples: Vec<Samples>,
@@ -111,10 +114,13 @@ fn quantile(numbers: &[f64], share: f64) -> f64 {
 }
 
 impl Frame {
-    /// Its name: scene, traversal and GPU.
+    /// Its name: scene, traversal and GPU, and what is changed.
     pub fn id(&self) -> String {
-        let Self { scene, traversal, gpu, .. } = self;
-        format!("{scene}/{traversal}/{gpu}")
+        let Self { scene, traversal, gpu, change, .. } = self;
+        match change {
+            Some(change) => format!("{scene}/{traversal}/{gpu}/{change}"),
+            None => format!("{scene}/{traversal}/{gpu}"),
+        }
     }
 
     /// How much less time samples take than the replay.
@@ -163,24 +169,26 @@ impl Sampling {
 
     fn coverage(&self) -> Vec<Statement> {
         let [least, largest] = self.limits.covered;
-        let mut found: Vec<(&str, usize, usize)> = Vec::new();
-        for counter in
-            self.frames.iter().flat_map(|frame| &frame.samples).flat_map(|samples| &samples.counters)
-        {
-            match found.iter_mut().find(|(id, ..)| *id == counter.id) {
-                Some((_, covered, all)) => {
-                    *covered += counter.covered;
-                    *all += counter.errors.len();
+        let mut found: Vec<(String, usize, usize)> = Vec::new();
+        for frame in &self.frames {
+            let of_changes = if frame.change.is_some() { "changes of " } else { "" };
+            for counter in frame.samples.iter().flat_map(|samples| &samples.counters) {
+                let what = format!("{of_changes}{}", counter.id);
+                match found.iter_mut().find(|(known, ..)| *known == what) {
+                    Some((_, covered, all)) => {
+                        *covered += counter.covered;
+                        *all += counter.errors.len();
+                    }
+                    None => found.push((what, counter.covered, counter.errors.len())),
                 }
-                None => found.push((&counter.id, counter.covered, counter.errors.len())),
             }
         }
-        let statement = |(id, covered, all): (&str, usize, usize)| {
+        let statement = |(what, covered, all): (String, usize, usize)| {
             let share = covered as f64 / all as f64;
             Statement {
-                id: format!("coverage/{id}"),
+                id: format!("coverage/{what}"),
                 text: format!(
-                    "The intervals of {id} hold the replay's figure in {:.0} to {:.0} % of the samples.",
+                    "The intervals of {what} hold the replay's figure in {:.0} to {:.0} % of the samples.",
                     100.0 * least,
                     100.0 * largest
                 ),
@@ -211,6 +219,7 @@ mod tests {
             scene: "cornell".to_owned(),
             traversal: "bvh-stack".to_owned(),
             gpu: "adreno-540".to_owned(),
+            change: None,
             replay_s: 1.0,
             samples: vec![samples],
         };

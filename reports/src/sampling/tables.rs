@@ -12,10 +12,11 @@ macro_rules! line {
 }
 
 /// Columns of the CSV; errors, margins and coverage are ratios, run times seconds of one processor of this machine.
-pub const COLUMNS: [&str; 13] = [
+pub const COLUMNS: [&str; 14] = [
     "scene",
     "traversal",
     "gpu",
+    "change",
     "part",
     "run_s",
     "replay_s",
@@ -89,6 +90,7 @@ pub fn csv_text(sampling: &Sampling) -> String {
             frame.scene.clone(),
             frame.traversal.clone(),
             frame.gpu.clone(),
+            frame.change.clone().unwrap_or_default(),
             samples.part.to_string(),
             samples.run_s.to_string(),
             frame.replay_s.to_string(),
@@ -133,6 +135,7 @@ pub fn json_text(sampling: &Sampling, run: &Value) -> String {
     let sample = |(frame, samples, counter): (&Frame, &Samples, &Counter)| {
         json!({
             "id": frame.id(),
+            "change": frame.change,
             "part": samples.part,
             "run_s": samples.run_s,
             "replay_s": frame.replay_s,
