@@ -337,7 +337,8 @@ pub(crate) struct SampleArgs {
     #[arg(long, value_name = "PART", conflicts_with_all = ["within", "time_limit"])]
     pub(crate) sample: Option<String>,
     /// Sample until the intervals of the frame time and of the bytes of DRAM are that tight, such as 2%, or that of one counter, such as
-    /// frame_time_ms=2%; may be given again. Where a sample cannot be, everything is replayed.
+    /// frame_time_ms=2%; may be given again. Of frames that are compared, those of the differences from the first, in points. Where a sample
+    /// cannot be, everything is replayed.
     #[arg(long, value_name = "[COUNTER=]PART", conflicts_with = "time_limit")]
     pub(crate) within: Vec<String>,
     /// Give the best answer in that time, such as 1s or 500ms.

@@ -17,6 +17,7 @@ use reports::vendor::{Profiler, VendorView};
 use reports::{
     Fidelity, Hashes, Inputs, LeftOut, Report, Run, SceneFacts, Within, csv_table, json, text, timeline,
 };
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use tracer::{
@@ -188,28 +189,67 @@ fn by_frame(
 pub(crate) fn sampled_answer<S: TileSource>(
     source: &S,
     machine: &Machine,
-    &Plan { ref goal, seed }: &Plan,
+    plan: &Plan,
     maps: Maps,
     before: &Before,
     meter: &Meter,
 ) -> anyhow::Result<Answer> {
-    let whole = |reason: &str| {
+    let machines = std::slice::from_ref(machine);
+    let sampled = sample(source, machines, plan, before, meter)?;
+    if let Some(reason) = sampled.whole {
         let mut answer = answer(source, machine, maps, before, meter)?;
-        answer.report.notes.push(format!("Every tile was replayed: {reason}."));
-        Ok(answer)
-    };
-    if let Some(reason) = gpumodel::unsampled(&machine.config.technique) {
-        return whole(reason);
+        answer.report.notes.push(every_tile(&reason));
+        return Ok(answer);
+    }
+    let SampledVariant { mut answer, .. } = sampled.variants.into_iter().next().expect("of one machine");
+    if maps == Maps::Kept {
+        let why = "a sample has no figure for every pixel".to_owned();
+        answer.report.left_out.push(LeftOut { what: "heat maps".to_owned(), why });
+    }
+    Ok(answer)
+}
+
+/// Why all tiles were replayed, in a sentence.
+pub(crate) fn every_tile(reason: &str) -> String {
+    format!("Every tile was replayed: {reason}.")
+}
+
+/// What came of sampling a frame on several machines.
+pub(crate) struct SampledVariants {
+    /// By machine; empty where a sample is of no use.
+    pub(crate) variants: Vec<SampledVariant>,
+    /// Why it is of none.
+    pub(crate) whole: Option<String>,
+}
+
+/// A machine's frame from a sample.
+pub(crate) struct SampledVariant {
+    pub(crate) answer: Answer,
+    /// Intervals of how many times as large its counters are as those of the first machine.
+    pub(crate) ratios_ci95: BTreeMap<String, [f64; 2]>,
+}
+
+/// Samples the tiles on every machine, the same for all.
+pub(crate) fn sample<S: TileSource>(
+    source: &S,
+    machines: &[Machine],
+    &Plan { ref goal, seed }: &Plan,
+    before: &Before,
+    meter: &Meter,
+) -> anyhow::Result<SampledVariants> {
+    let whole = |reason: String| Ok(SampledVariants { variants: Vec::new(), whole: Some(reason) });
+    if let Some(reason) = machines.iter().find_map(|machine| gpumodel::unsampled(&machine.config.technique)) {
+        return whole(reason.to_owned());
     }
     let header = source.header();
     let profilers = Profiler::all()?;
+    let configs: Vec<_> = machines.iter().map(|machine| machine.config.clone()).collect();
     let progress = Progress::spinner("sampling");
-    let configs = std::slice::from_ref(&machine.config);
-    let (attempt, replay_s) = timed(|| Sampler::new(source, configs)?.reach(goal, seed));
+    let (attempt, replay_s) = timed(|| Sampler::new(source, &configs)?.reach(goal, seed));
     drop(progress);
     let mut notes = Vec::new();
-    let mut sampled = match attempt? {
-        Attempt::Whole(reason) => return whole(&reason),
+    let sampled = match attempt? {
+        Attempt::Whole(reason) => return whole(reason),
         Attempt::Sampled(sampled) => sampled,
         Attempt::TooLate(sampled) => {
             notes
@@ -217,29 +257,36 @@ pub(crate) fn sampled_answer<S: TileSource>(
             sampled
         }
     };
-    let Sampled { replayed, estimate, intervals, tiles, .. } = sampled.remove(0);
-    let part = (f64::from(tiles) / f64::from(header.frame.tiles())).min(1.0);
-    let run = ran(Fidelity::Sampled, part, before, replay_s, meter);
-    let mut report = Report::new(TOOL, inputs(header, machine), facts(header, &replayed), &estimate, run)
-        .with_intervals(&estimate, &intervals);
-    report.run.within = Some(Within::sampled(&report));
-    report.inputs.seed = Some(seed);
-    report.notes.extend(notes);
-    if maps == Maps::Kept {
-        let why = "a sample has no figure for every pixel".to_owned();
-        report.left_out.push(LeftOut { what: "heat maps".to_owned(), why });
+    let variant = |(machine, sampled): (&Machine, &Sampled)| {
+        let Sampled { replayed, estimate, intervals, tiles, .. } = sampled;
+        let part = (f64::from(*tiles) / f64::from(header.frame.tiles())).min(1.0);
+        let run = ran(Fidelity::Sampled, part, before, replay_s, meter);
+        let mut report = Report::new(TOOL, inputs(header, machine), facts(header, replayed), estimate, run)
+            .with_intervals(estimate, intervals);
+        report.run.within = Some(Within::sampled(&report));
+        report.inputs.seed = Some(seed);
+        report.notes.extend(notes.iter().cloned());
+        SampledVariant {
+            answer: Answer {
+                report: with_vendor(report, machine, &profilers),
+                replayed: replayed.clone(),
+                reflections: None,
+                occupancy: occupancy(header, machine, replayed),
+                seconds: frame_seconds(estimate),
+                energy: estimate.energy.clone(),
+                load: None,
+                rays: None,
+            },
+            ratios_ci95: BTreeMap::new(),
+        }
+    };
+    let mut variants: Vec<SampledVariant> = machines.iter().zip(&sampled).map(variant).collect();
+    for (variant, of_variant) in variants.iter_mut().zip(&sampled).skip(1) {
+        let ratios = of_variant.ratios_to(&sampled[0]).unwrap_or_default();
+        let finite = ratios.into_iter().filter(|(_, ends)| ends.iter().all(|end| end.is_finite()));
+        variant.ratios_ci95 = finite.map(|(id, ends)| (id.to_owned(), ends)).collect();
     }
-    let occupancy = occupancy(header, machine, &replayed);
-    Ok(Answer {
-        report: with_vendor(report, machine, &profilers),
-        replayed,
-        reflections: None,
-        occupancy,
-        seconds: frame_seconds(&estimate),
-        energy: estimate.energy,
-        load: None,
-        rays: None,
-    })
+    Ok(SampledVariants { variants, whole: None })
 }
 
 fn frame_seconds(estimate: &Estimate) -> f64 {

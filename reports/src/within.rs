@@ -55,29 +55,35 @@ impl Recorded {
 }
 
 impl Within {
-    /// How far figures of several frames may be off, in sentences: the largest errors that are known, and of how many they are not.
+    /// How far figures of several frames may be off, in sentences: the largest errors that are known, from each rung, and of how many
+    /// frames they are not.
     pub(crate) fn told<'a>(all: impl Iterator<Item = &'a Self>) -> Vec<String> {
-        let (mut known, mut unknown): (Option<(f64, f64, &str)>, usize) = (None, 0);
+        let (mut known, mut unknown): (Vec<(Fidelity, f64, f64, &str)>, usize) = (Vec::new(), 0);
         for within in all {
             match within {
-                Self::Known { frame_time, dram_bytes, basis, .. } => {
-                    let (time, bytes, _) = known.unwrap_or((0.0, 0.0, ""));
-                    known = Some((time.max(*frame_time), bytes.max(*dram_bytes), basis));
+                Self::Known { of, frame_time, dram_bytes, basis } => {
+                    match known.iter_mut().find(|(rung, ..)| rung == of) {
+                        Some((_, time, bytes, _)) => {
+                            (*time, *bytes) = (time.max(*frame_time), bytes.max(*dram_bytes));
+                        }
+                        None => known.push((*of, *frame_time, *dram_bytes, basis)),
+                    }
                 }
                 Self::Unknown { .. } => unknown += 1,
             }
         }
-        let bound = known.map(|(time, bytes, basis)| {
+        let bound = |(rung, time, bytes, basis): (Fidelity, f64, f64, &str)| {
             format!(
-                "Frame times within {} %, bytes of DRAM within {} % of the simulated ones: {}.",
+                "Frame times within {} %, bytes of DRAM within {} % of the {} ones: {}.",
                 units::digits(time * 100.0),
                 units::digits(bytes * 100.0),
+                if rung == Fidelity::Replay { "replayed" } else { "simulated" },
                 basis.trim_end_matches('.')
             )
-        });
+        };
         let rest =
             (unknown > 0).then(|| format!("Of {unknown} frames it is not known; their reports say why."));
-        bound.into_iter().chain(rest).collect()
+        known.into_iter().map(bound).chain(rest).collect()
     }
 
     /// Of a frame that was replayed as a whole, where `simulated` says why it cannot be simulated event by event, if it cannot.
@@ -110,7 +116,7 @@ impl Within {
         let (time, read) = (half_width("frame_time_ms"), half_width("dram_read_bytes"));
         match (time, read) {
             (Some(frame_time), Some(dram_bytes)) => {
-                let basis = "95 % intervals of this sample, of DRAM those of what is read".to_owned();
+                let basis = "95 % intervals of the sample, of DRAM those of what is read".to_owned();
                 Self::Known { of: Fidelity::Replay, frame_time, dram_bytes, basis }
             }
             _ => Self::Unknown {

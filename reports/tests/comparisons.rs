@@ -25,7 +25,8 @@ fn with(frame_time: f64, fetches: u64, read: u64) -> Report {
 }
 
 fn variant(values: &[&str], report: Report) -> Variant {
-    Variant { values: values.iter().map(|&value| value.to_owned()).collect(), report }
+    let values = values.iter().map(|&value| value.to_owned()).collect();
+    Variant { values, report, ratios_ci95: Default::default() }
 }
 
 /// Two scenes, two traversals, one layout.
@@ -105,7 +106,10 @@ fn the_csv_has_a_row_for_each_variant_and_counter_and_keeps_every_digit() {
     let mut comparison = comparison();
     comparison.variants[0].report = with(10.0, 9_007_199_254_740_993, 3);
     let heading = csv_table::write(&comparison).lines().next().map(str::to_owned);
-    assert_eq!(heading.as_deref(), Some("scene,traversal,layout,id,unit,value,relative,absent"));
+    assert_eq!(
+        heading.as_deref(),
+        Some("scene,traversal,layout,id,unit,value,relative,absent,relative_low,relative_high")
+    );
     let records = records(&comparison);
     assert_eq!(records.len(), 4 * 5);
     let fetches = ["cornell", "stack", "padded", "node_fetches", "fetches", "9007199254740993", "1", ""];

@@ -1,6 +1,6 @@
 //! Options of comparisons and what-ifs.
 
-use super::{DEFAULT_SCENE, Format, FrameArgs, MachineArgs, RunArgs};
+use super::{DEFAULT_SCENE, Format, FrameArgs, MachineArgs, RunArgs, SampleArgs};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
@@ -76,6 +76,8 @@ pub(crate) struct WhatifArgs {
     /// Also write tables into this folder.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) sample: SampleArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

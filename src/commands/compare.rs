@@ -17,6 +17,7 @@ use gpumodel::Maps;
 use reports::chart::MatrixChart;
 use reports::comparison::{self, Comparison, Variant};
 use reports::{Report, html};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> {
@@ -74,7 +75,7 @@ pub(crate) fn run(args: &CompareArgs, meter: &Meter) -> anyhow::Result<Outcome> 
                     let (inputs, label) = (report.inputs.clone(), values.join(" "));
                     maps.push(Mapped { inputs, label, heat: replayed.maps, reflections });
                 }
-                variants.push((scene_index, index, Variant { values, report }));
+                variants.push((scene_index, index, Variant { values, report, ratios_ci95: BTreeMap::new() }));
             }
         }
     }

@@ -7,12 +7,15 @@ use crate::console;
 use crate::machine::Machine;
 use crate::meter::{Meter, timed};
 use crate::output::OutputFolder;
-use crate::report::{self, Before};
+use crate::report::{self, Before, SampledVariant, SampledVariants};
+use crate::sample::Plan;
 use crate::settings::start_threads;
 use crate::vary::{Axis, Variation};
+use anyhow::bail;
 use gpumodel::{Launch, Maps};
 use reports::comparison::{self, Comparison, Variant};
-use reports::html;
+use reports::{Report, html};
+use std::collections::BTreeMap;
 use tracer::{NodeFetch, TileSource, TraceFile, TraceHeader};
 
 /// What rays are binned in: every reflection ray is traced, from a list as they arrive.
@@ -34,6 +37,12 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         unchanged.reflections.launch = Some(Launch::Buffer.name().to_owned());
     }
     let baseline = Machine::of_whole_frames(&unchanged)?;
+    let plan = Plan::new(&args.sample, &baseline, meter)?;
+    if plan.is_some() && !args.binning.is_empty() {
+        bail!(
+            "--binning: it sorts all reflection rays of the frame; leave out --sample, --within and --time-limit"
+        );
+    }
     start_threads(args.run.threads)?;
     let (trace, load_s) = timed(|| TraceFile::open(&args.trace));
     let trace = trace?;
@@ -42,7 +51,11 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         folder.check(&["whatif.html", "whatif.md", "whatif.csv", "whatif.json"])?;
     }
 
-    let changes = if asked.is_empty() { every_change(trace.header())? } else { asked };
+    let mut changes = if asked.is_empty() { every_change(trace.header())? } else { asked };
+    if plan.is_some() && args.technique.is_empty() {
+        // The others are sampled; the user can ask for these.
+        leave_out_unsampled(&mut changes)?;
+    }
     let unchanged_label = if args.binning.is_empty() { UNCHANGED } else { UNBINNED };
     let mut labels = vec![unchanged_label.to_owned()];
     let mut machines = vec![baseline];
@@ -53,12 +66,10 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         }
     }
     let before = Before { load_s, build_s: None };
-    let answers = report::trace_answers(&trace, &machines, Maps::Dropped, &before, meter)?;
-    let mut variants: Vec<Variant> = labels
-        .into_iter()
-        .zip(answers)
-        .map(|(label, answer)| Variant { values: vec![label], report: answer.report })
-        .collect();
+    let mut remarks = Vec::new();
+    let frames = frames(&trace, &machines, plan.as_ref(), &mut remarks, (&before, meter))?;
+    let variant = |(label, (report, ratios_ci95))| Variant { values: vec![label], report, ratios_ci95 };
+    let mut variants: Vec<Variant> = labels.into_iter().zip(frames).map(variant).collect();
     let time = |variant: &Variant| {
         let time = variant.report.counters.get("frame_time_ms").and_then(|time| time.value.as_f64());
         time.unwrap_or(f64::INFINITY)
@@ -69,7 +80,7 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
         title: trace.header().scene.clone(),
         axes: vec!["change".to_owned()],
         variants,
-        remarks: Vec::new(),
+        remarks,
     };
     if !args.binning.is_empty() {
         let of_bins = |variant: &&Variant| variant.values[0].starts_with("binning ");
@@ -86,6 +97,48 @@ pub(crate) fn run(args: &WhatifArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     }
     print(&comparison, args.format)?;
     Ok(Outcome::Done)
+}
+
+/// A report, and intervals of the ratios of its counters to the first one's.
+type Framed = (Report, BTreeMap<String, [f64; 2]>);
+
+/// The frames of the machines, sampled where that was asked for and is of use.
+fn frames(
+    trace: &TraceFile,
+    machines: &[Machine],
+    plan: Option<&Plan>,
+    remarks: &mut Vec<String>,
+    (before, meter): (&Before, &Meter),
+) -> anyhow::Result<Vec<Framed>> {
+    if let Some(plan) = plan {
+        let SampledVariants { variants, whole } = report::sample(trace, machines, plan, before, meter)?;
+        match whole {
+            None => {
+                let framed = |variant: SampledVariant| (variant.answer.report, variant.ratios_ci95);
+                return Ok(variants.into_iter().map(framed).collect());
+            }
+            Some(reason) => remarks.push(report::every_tile(&reason)),
+        }
+    }
+    let answers = report::trace_answers(trace, machines, Maps::Dropped, before, meter)?;
+    Ok(answers.into_iter().map(|answer| (answer.report, BTreeMap::new())).collect())
+}
+
+/// Takes out techniques of which no sample can be.
+fn leave_out_unsampled(changes: &mut Vec<Variation>) -> anyhow::Result<()> {
+    for Variation { values, .. } in changes.iter_mut().filter(|change| change.axis == Axis::Technique) {
+        let mut left = Vec::new();
+        for name in std::mem::take(values) {
+            let machine = MachineArgs { technique: Some(name.clone()), ..MachineArgs::default() };
+            match gpumodel::unsampled(&Machine::new(&machine)?.config.technique) {
+                Some(reason) => console::warn(&format!("left out technique {name}: {reason}")),
+                None => left.push(name),
+            }
+        }
+        *values = left;
+    }
+    changes.retain(|change| !change.values.is_empty());
+    Ok(())
 }
 
 /// The changes that were asked for.

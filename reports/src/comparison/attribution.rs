@@ -67,7 +67,7 @@ impl Attribution {
             let points = self.points(part).filter(|points| points.abs() >= LEAST_POINTS)?;
             let change = match ratio(Some(part.after), Some(part.before)) {
                 Some(0.0) => "gone".to_owned(),
-                Some(ratio) => difference(ratio),
+                Some(ratio) => difference(ratio, None),
                 None => "new".to_owned(),
             };
             Some(format!("{} {change} ({points:+.1})", part.name))
@@ -79,7 +79,7 @@ impl Attribution {
         let more = parts.len().saturating_sub(MOST_PARTS);
         parts.truncate(MOST_PARTS);
         let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-        Some(format!("{} {}: {}{more}", self.what, difference(whole), parts.join(", ")))
+        Some(format!("{} {}: {}{more}", self.what, difference(whole, None), parts.join(", ")))
     }
 }
 

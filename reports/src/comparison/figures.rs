@@ -52,7 +52,7 @@ impl Comparison {
                 (_, None) => NONE.to_owned(),
             };
             let ratio = ratio(*number, first).filter(|_| index > 0);
-            [shown, ratio.map(difference).unwrap_or_default()]
+            [shown, ratio.map(|ratio| difference(ratio, variant.reach(id, ratio))).unwrap_or_default()]
         };
         let rows = self.variants.iter().zip(&numbers).enumerate().map(row).collect();
         Some(Figures { unit, rows })
@@ -91,6 +91,11 @@ impl Variant {
         self.counter(id)?.value.as_f64()
     }
 
+    /// How far the interval of a ratio to the first variant reaches from it, where there is one.
+    pub(crate) fn reach(&self, id: &str, ratio: f64) -> Option<f64> {
+        self.ratios_ci95.get(id).map(|[low, high]| (ratio - low).max(high - ratio))
+    }
+
     pub(super) fn deciding_bound(&self) -> &str {
         self.report.deciding_bound.as_deref().unwrap_or(NONE)
     }
@@ -103,14 +108,26 @@ pub(crate) fn ratio(number: Option<f64>, first: Option<f64>) -> Option<f64> {
     ratio.is_finite().then_some(ratio)
 }
 
-/// A ratio in words: percent of difference from half to double, a factor of three digits beyond.
-pub(super) fn difference(ratio: f64) -> String {
+/// A ratio in words: percent of difference from half to double, a factor of three digits beyond; behind it how far it may be off.
+pub(super) fn difference(ratio: f64, reach: Option<f64>) -> String {
     let percent = (ratio - 1.0) * 100.0;
-    match ratio {
-        1.0 => "0 %".to_owned(),
-        _ if !(0.5..2.0).contains(&ratio) => format!("x{}", units::short(units::rounded(ratio, 2))),
-        _ if percent.abs() < 9.95 => format!("{percent:+.1} %"),
-        _ => format!("{percent:+.0} %"),
+    let points = |points: f64| {
+        let decimals = if points.abs() < 9.95 { 1 } else { 0 };
+        move |sign: bool| match sign {
+            true => format!("{points:+.decimals$}"),
+            false => format!("{points:.decimals$}"),
+        }
+    };
+    let is_factor = !(0.5..2.0).contains(&ratio);
+    let (shown, unit) = match ratio {
+        1.0 => ("0".to_owned(), " %"),
+        _ if is_factor => (format!("x{}", units::short(units::rounded(ratio, 2))), ""),
+        _ => (points(percent)(true), " %"),
+    };
+    match reach.filter(|reach| *reach > 0.0) {
+        None => shown + unit,
+        Some(reach) if is_factor => format!("{shown} \u{b1}{}", units::short(units::rounded(reach, 1))),
+        Some(reach) => format!("{shown} \u{b1}{}{unit}", points(100.0 * reach)(false)),
     }
 }
 
@@ -136,7 +153,23 @@ mod tests {
             (0.0, "x0"),
         ];
         for (ratio, text) in cases {
-            assert_eq!(difference(ratio), text);
+            assert_eq!(difference(ratio, None), text);
+        }
+    }
+
+    #[test]
+    fn how_far_a_difference_may_be_off_stands_behind_it() {
+        let cases = [
+            (1.0, 0.0, "0 %"),
+            (1.0, 0.002, "0 \u{b1}0.2 %"),
+            (0.95, 0.000_1, "-5.0 \u{b1}0.0 %"),
+            (0.68, 0.012, "-32 \u{b1}1.2 %"),
+            (1.53, 0.25, "+53 \u{b1}25 %"),
+            (0.25, 0.031, "x0.25 \u{b1}0.03"),
+            (12.3, 1.7, "x12.3 \u{b1}2"),
+        ];
+        for (ratio, reach, text) in cases {
+            assert_eq!(difference(ratio, Some(reach)), text);
         }
     }
 

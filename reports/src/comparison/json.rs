@@ -3,6 +3,7 @@
 use super::{Attribution, Comparison};
 use crate::report::Report;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Version of the JSON form. It changes when a field changes its meaning or goes; new fields keep it.
 pub const SCHEMA: u32 = 1;
@@ -26,6 +27,9 @@ struct RawVariant<'a> {
     values: Vec<&'a str>,
     /// Of what the differences from the first variant are made.
     attributions: Vec<Attribution>,
+    /// As [`Variant::ratios_ci95`](super::Variant::ratios_ci95); absent without.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    ratios_ci95: &'a BTreeMap<String, [f64; 2]>,
     report: &'a Report,
 }
 
@@ -43,6 +47,7 @@ pub fn write(comparison: &Comparison) -> String {
             .map(|variant| RawVariant {
                 values: (0..axes.len()).map(|axis| variant.value(axis)).collect(),
                 attributions: comparison.attributions(variant),
+                ratios_ci95: &variant.ratios_ci95,
                 report: &variant.report,
             })
             .collect(),

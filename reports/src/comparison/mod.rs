@@ -15,6 +15,7 @@ pub mod text;
 
 use crate::report::{Inputs, Report};
 use crate::within::Within;
+use std::collections::BTreeMap;
 
 pub use attribution::{AttributedPart, Attribution};
 pub(crate) use figures::ratio;
@@ -39,6 +40,9 @@ pub struct Variant {
     pub values: Vec<String>,
     /// Its report.
     pub report: Report,
+    /// Where both are samples of the same tiles, how many times as large its counters are as the first's: the ends of intervals of 95 %, by
+    /// counter. They are far narrower than those of the counters, as chance does the same to both.
+    pub ratios_ci95: BTreeMap<String, [f64; 2]>,
 }
 
 /// Inputs in words, without hashes.
@@ -85,7 +89,8 @@ impl Comparison {
         let keys: Vec<String> = keys.into_iter().cloned().collect();
         let variant = |((name, report), inputs): ((String, Report), &Vec<(String, String)>)| {
             let values = keys.iter().map(|key| value(inputs, key));
-            Variant { values: std::iter::once(name).chain(values).collect(), report }
+            let values = std::iter::once(name).chain(values).collect();
+            Variant { values, report, ratios_ci95: BTreeMap::new() }
         };
         Self {
             title: format!("{} reports", reports.len()),
@@ -104,7 +109,15 @@ impl Comparison {
 
     /// How far the figures may be off, in sentences.
     pub(crate) fn errors(&self) -> Vec<String> {
-        Within::told(self.variants.iter().filter_map(|variant| variant.report.run.within.as_ref()))
+        let sampled = self.variants.iter().any(|variant| !variant.ratios_ci95.is_empty());
+        let of_changes = sampled.then(|| {
+            "Differences from the first are known as far as stands behind \u{b1}, in points: intervals of 95 %, narrower than those of the \
+             figures, as the frames are sampled by the same tiles."
+                .to_owned()
+        });
+        let within =
+            Within::told(self.variants.iter().filter_map(|variant| variant.report.run.within.as_ref()));
+        within.into_iter().chain(of_changes).collect()
     }
 
     /// The place of a variant on all axes, in words.

@@ -95,8 +95,9 @@ fn part_row(made: &Attribution, part: &AttributedPart) -> Option<Vec<Cell>> {
         Cell::Words(made.what.to_owned()),
         shown(part.before),
         shown(part.after),
-        change.map_or_else(|| Cell::Absent("the first has none".to_owned()), |ratio| signed(ratio - 1.0)),
-        signed(points / 100.0),
+        change
+            .map_or_else(|| Cell::Absent("the first has none".to_owned()), |ratio| signed(ratio - 1.0, None)),
+        signed(points / 100.0, None),
     ])
 }
 
@@ -140,13 +141,18 @@ fn figure(variant: &Variant, id: &str) -> Cell {
 fn change(comparison: &Comparison, variant: &Variant, id: &str) -> Cell {
     let first = comparison.variants.first().and_then(|first| number(first, id));
     match ratio(number(variant, id), first) {
-        Some(ratio) => signed(ratio - 1.0),
+        Some(ratio) => signed(ratio - 1.0, variant.reach(id, ratio)),
         None => Cell::Absent("there is nothing to compare with".to_owned()),
     }
 }
 
-/// A difference in percent, as a part of 1.
-fn signed(part: f64) -> Cell {
+/// A difference in percent, as a part of 1, and how far it may be off.
+fn signed(part: f64, reach: Option<f64>) -> Cell {
     let value = 100.0 * part;
-    Cell::Figure { shown: format!("{value:+.1}"), unit: None, value, exact: format!("{value} %") }
+    let (mut shown, mut exact) = (format!("{value:+.1}"), format!("{value} %"));
+    if let Some(points) = reach.filter(|reach| *reach > 0.0).map(|reach| 100.0 * reach) {
+        shown += &format!(" \u{b1}{points:.1}");
+        exact += &format!(" \u{b1} {points}");
+    }
+    Cell::Figure { shown, unit: None, value, exact }
 }
