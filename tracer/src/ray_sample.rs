@@ -123,6 +123,10 @@ impl<S: TileSource> TileSource for Sampling<'_, S> {
         self.source.outline(index)
     }
 
+    fn is_recorded(&self) -> bool {
+        self.source.is_recorded()
+    }
+
     fn stalls(&self) -> u64 {
         self.source.stalls()
     }

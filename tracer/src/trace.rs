@@ -361,6 +361,10 @@ pub trait TileSource: Sync {
     fn outline(&self, _index: u32) -> Result<Option<TileOutline>, Error> {
         Ok(None)
     }
+    /// Whether tiles are read, not traced, which takes several times as long.
+    fn is_recorded(&self) -> bool {
+        false
+    }
     /// Traversals so far that their loop bound ended.
     fn stalls(&self) -> u64;
 }

@@ -188,6 +188,13 @@ impl Caches {
         }
     }
 
+    /// No warp waits for what has been accessed.
+    pub(super) fn forget_warps(&mut self) {
+        self.flush_pending();
+        self.delays.clear();
+        self.turn_lines = 0;
+    }
+
     /// The turn whose accesses came last is over; `last` is its last run.
     pub(super) fn end_turn(&mut self, last: Run) -> Waits {
         self.pending_turns.push(GatheredTurn { end: self.gathered as u32, warp: self.issuing });

@@ -216,6 +216,14 @@ impl Interleaver {
         &self.caches.lines_from_memory
     }
 
+    /// Lets the caches, those of the first core among them, see reads that no warp makes, at no time.
+    pub(crate) fn read(&mut self, reads: impl Iterator<Item = (Run, u32)>) {
+        for (run, line) in reads {
+            self.caches.access(0, Resident::default(), run, &[line, 0, 0, 0]);
+        }
+        self.caches.forget_warps();
+    }
+
     /// Queues the warps of a tile.
     pub(crate) fn push(&mut self, streams: &TileStreams) {
         let least_cycles = self.least_cycles(streams);

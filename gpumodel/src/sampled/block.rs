@@ -5,6 +5,7 @@ use crate::engine::Finished;
 use crate::error::Error;
 use crate::interleave::{Interleaver, Sums};
 use crate::prepared::Prepared;
+use crate::sampled::warm_up::WarmUp;
 use crate::warp::TileStreams;
 use crate::windows::Window;
 use crate::workshop::Workshop;
@@ -61,17 +62,20 @@ fn minus<T: Numbers>(mut all: T, mut before: T) -> T {
     all
 }
 
-/// Replays the tiles of a block, for each of the variants that `workshop` makes tiles for, on warps and caches that the `warm_up` tiles
-/// before it have filled. At the frame's start there is nothing before; at its end the cores run dry and dirty lines are written back.
+/// Replays the tiles of a block, for each of the variants that `workshop` makes tiles for, on warps and caches that the `block_tiles`
+/// tiles before it have filled, caches also by what came before. At the frame's start there is nothing before; at its end the cores run dry and dirty lines are written back.
 pub(super) fn count<S: TileSource>(
     source: &S,
     variants: &[&Prepared<'_>],
     workshop: &Workshop<'_>,
-    tiles: Range<u32>,
-    warm_up: u32,
+    warm_up: &WarmUp<'_, S>,
+    (tiles, block_tiles): (Range<u32>, u32),
 ) -> Result<Vec<Counted>, Error> {
-    let mut blocks = variants.iter().map(|variant| Block::new(variant)).collect::<Result<Vec<_>, _>>()?;
-    for index in tiles.start.saturating_sub(warm_up)..tiles.start {
+    let first = tiles.start.saturating_sub(block_tiles);
+    let mut engines = variants.iter().map(|variant| variant.interleaver()).collect::<Result<Vec<_>, _>>()?;
+    let from_start = warm_up.fill((first, block_tiles), variants, &mut engines)?;
+    let mut blocks: Vec<Block> = engines.into_iter().map(Block::new).collect();
+    for index in first..tiles.start {
         let made = workshop.tile(source, index)?;
         blocks.iter_mut().zip(&made.variants).for_each(|(block, tile)| block.run(&tile.streams));
     }
@@ -84,8 +88,8 @@ pub(super) fn count<S: TileSource>(
         });
     }
     let last = tiles.end == source.header().frame.tiles();
-    let filled = tiles.start > warm_up;
-    Ok(blocks.into_iter().zip(variants).map(|(block, variant)| block.end(variant, last, filled)).collect())
+    let ended = blocks.into_iter().zip(variants).map(|(block, variant)| block.end(variant, last, from_start));
+    Ok(ended.collect())
 }
 
 /// A block at work on one variant.
@@ -97,8 +101,8 @@ struct Block {
 }
 
 impl Block {
-    fn new(variant: &Prepared<'_>) -> Result<Self, Error> {
-        Ok(Self { engine: variant.interleaver()?, counted: Counted::default(), before: Sums::default() })
+    fn new(engine: Interleaver) -> Self {
+        Self { engine, counted: Counted::default(), before: Sums::default() }
     }
 
     fn run(&mut self, streams: &TileStreams) {
@@ -120,8 +124,8 @@ impl Block {
         }
     }
 
-    /// It is the `last` of the frame, or another follows; `filled` where a frame has tiles before those of its warm-up.
-    fn end(self, variant: &Prepared<'_>, last: bool, filled: bool) -> Counted {
+    /// It is the `last` of the frame, or another follows; its caches have seen the frame `from_start`, or only what came last.
+    fn end(self, variant: &Prepared<'_>, last: bool, from_start: bool) -> Counted {
         let Self { mut engine, mut counted, before } = self;
         if last {
             engine.drain(Pass::Primary);
@@ -142,7 +146,7 @@ impl Block {
         counted.stretch.schedule = minus(schedule, before.schedule);
         counted.memory_reads = memory_reads - before.memory_reads;
         // Until a cache has been filled once, any line that is new to it might have been there.
-        if filled {
+        if !from_start {
             let lines = variant.last_cache_lines();
             counted.uncertain_reads = memory_reads.min(lines) - before.memory_reads.min(lines);
         }

@@ -14,6 +14,7 @@ mod design;
 mod expand;
 mod goal;
 mod interval;
+mod warm_up;
 
 pub use goal::{Attempt, Goal};
 pub use interval::Intervals;
@@ -35,6 +36,7 @@ use expand::{Expanded, Uncertain, expand};
 use interval::Basis;
 use rayon::prelude::*;
 use tracer::{Frame, TILE_RAYS, TileOutline, TileSource};
+use warm_up::WarmUp;
 
 /// Fewest blocks that are drawn: with fewer, intervals are so wide that they say nothing.
 const FEWEST_BLOCKS: u32 = 12;
@@ -61,6 +63,7 @@ pub struct Sampler<'a, S> {
     variants: Vec<Sampleable<'a>>,
     /// Tiles of a block, and as many that come before it.
     block_tiles: u32,
+    warm_up: WarmUp<'a, S>,
 }
 
 /// A variant of the frame, and its blocks: those of all variants are of the same tiles.
@@ -104,7 +107,8 @@ impl<'a, S: TileSource> Sampler<'a, S> {
             let blocks = Blocks::new(frame, outlines.as_deref(), block_tiles, warps(&prepared));
             Sampleable { prepared, blocks }
         };
-        Ok(Self { source, variants: prepared.into_iter().map(variant).collect(), block_tiles })
+        let variants = prepared.into_iter().map(variant).collect();
+        Ok(Self { source, variants, block_tiles, warm_up: WarmUp::new(source) })
     }
 
     /// The smallest part of the frame's tiles that makes a sample, and the largest that leaves something to be gained.
@@ -119,7 +123,7 @@ impl<'a, S: TileSource> Sampler<'a, S> {
     /// # Errors
     /// As [`replay`](crate::replay).
     pub fn sample(&self, part: f64, seed: u64) -> Result<Vec<Sampled>, Error> {
-        let Self { source, variants, block_tiles } = self;
+        let Self { source, variants, block_tiles, warm_up } = self;
         let header = source.header();
         let tiles = f64::from(header.frame.tiles());
         let wanted = part * tiles / (2.0 * f64::from(*block_tiles)) - 2.0;
@@ -128,8 +132,10 @@ impl<'a, S: TileSource> Sampler<'a, S> {
 
         let prepared: Vec<&Prepared<'_>> = variants.iter().map(|variant| &variant.prepared).collect();
         let workshop = Workshop::new(header, &prepared, Maps::Dropped);
-        let count =
-            |pick: &Pick| block::count(*source, &prepared, &workshop, blocks.tiles(pick.block), *block_tiles);
+        let count = |pick: &Pick| {
+            let tiles = blocks.tiles(pick.block);
+            block::count(*source, &prepared, &workshop, warm_up, (tiles, *block_tiles))
+        };
         let counted = picks.par_iter().map(count).collect::<Result<Vec<Vec<Counted>>, Error>>()?;
         let mut by_variant: Vec<Vec<Counted>> = variants.iter().map(|_| Vec::new()).collect();
         for of_pick in counted {

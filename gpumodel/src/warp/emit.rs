@@ -3,6 +3,7 @@
 mod any_hit;
 #[cfg(test)]
 mod tests;
+mod touched;
 
 use super::distinct::Distinct;
 use super::program::{INDEX_BYTES, NodeReads, Program};

@@ -40,7 +40,7 @@ pub(crate) struct Program {
     /// Address arithmetic of one triangle record.
     triangle_record_cost: Cost,
     /// Triangles that come with the record of another.
-    seconds: Seconds,
+    pub(super) seconds: Seconds,
     /// Address arithmetic of one node record.
     record_cost: Cost,
     /// The same two of a TLAS whose nodes are unlike those of BLASes.

@@ -191,6 +191,18 @@ impl TileStream {
         start..self.turn_ends[index]
     }
 
+    /// All loads and stores, with their lines.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (Run, &[u32])> {
+        let mut words = &self.words[..self.words.len().saturating_sub(PADDING)];
+        std::iter::from_fn(move || {
+            let (&word, rest) = words.split_first()?;
+            let run = Run::from_word(word);
+            let (lines, rest) = rest.split_at(run.lines());
+            words = rest;
+            Some((run, lines))
+        })
+    }
+
     /// The words of a warp, with padding behind them.
     pub(crate) fn padded(&self, warp: Range<usize>) -> &[u32] {
         &self.words[warp.start..warp.end + PADDING]

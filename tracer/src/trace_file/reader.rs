@@ -257,6 +257,10 @@ impl TileSource for TraceFile {
         Ok(Some(TileOutline { bytes, compressed_bytes }))
     }
 
+    fn is_recorded(&self) -> bool {
+        true
+    }
+
     fn stalls(&self) -> u64 {
         self.stalls
     }
