@@ -27,7 +27,7 @@ impl Plan {
             (None, [], Some(limit)) => Goal::By(end(meter, limit)?),
             (None, [], None) if machine.sampled => Goal::Part(USUAL_PART),
             (None, [], None) if seed.is_some() => bail!(
-                "--seed: it draws a sample, and all tiles are replayed; add --fidelity sampled, --sample, --within or --time-limit"
+                "--seed: it draws a sample, and all tiles are replayed; add --sample, --within or --time-limit"
             ),
             (None, [], None) => return Ok(None),
             (None, within, _) => Goal::Within(tolerances(within)?),

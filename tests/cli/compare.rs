@@ -24,7 +24,7 @@ fn axes() -> Vec<(&'static str, &'static [&'static str], usize)> {
 }
 
 /// The schema of comparisons, with that of reports in its place.
-fn validator() -> jsonschema::Validator {
+pub(crate) fn validator() -> jsonschema::Validator {
     let schema = |text: &str| serde_json::from_str::<Value>(text).expect("the schema is JSON");
     let mut whole = schema(reports::comparison::json::SCHEMA_TEXT);
     let mut report = schema(reports::json::SCHEMA_TEXT);

@@ -95,7 +95,7 @@ fn what_makes_no_sense_is_refused_with_the_remedy() {
             &["--time-limit", "5"],
             "--time-limit 5: expected a time above 0 with its unit, such as 1s or 500ms",
         ),
-        (&["--seed", "5"], "add --fidelity sampled, --sample, --within or --time-limit"),
+        (&["--seed", "5"], "add --sample, --within or --time-limit"),
         (&["--fidelity", "timed", "--within", "2%"], "leave out --sample, --within and --time-limit"),
         (&["--within", "2%", "--time-limit", "1s"], "cannot be used with"),
     ] {
@@ -103,7 +103,7 @@ fn what_makes_no_sense_is_refused_with_the_remedy() {
         assert!(error.contains(expected), "{options:?}: {error}");
     }
     let error = raybudget(["compare", "cornell", "--vary", "layout", "--fidelity", "sampled"]).refused();
-    assert!(error.contains("only profile and replay take samples"), "{error}");
+    assert!(error.contains("only profile, replay and whatif take samples"), "{error}");
 }
 
 #[test]
@@ -114,17 +114,127 @@ fn verify_accuracy_holds_samples_against_replays() {
     let found = raybudget(verify).json();
     assert_eq!(
         found["rows"].as_array().map(Vec::len),
-        Some(8),
-        "four counters, each with its errors and coverage"
+        Some(16),
+        "four counters and what one change does to them, each with errors and coverage"
     );
+    let change = |row: &&Value| row["change"] == "layout split";
+    assert_eq!(found["samples"].as_array().expect("samples").iter().filter(change).count(), 8);
     for row in found["samples"].as_array().expect("samples") {
         assert_eq!(row["errors"].as_array().map(Vec::len), Some(4));
         let errors = row["errors"].as_array().expect("errors").iter().filter_map(Value::as_f64);
         if row["counter"] == "frame_time_ms" {
-            assert!(errors.map(f64::abs).fold(0.0, f64::max) < 0.2, "{row}");
+            let most = if row["change"].is_null() { 0.2 } else { 0.002 };
+            assert!(errors.map(f64::abs).fold(0.0, f64::max) < most, "{row}");
         }
     }
+    let traced = ["verify", "accuracy", "--samples", "--quick", "--change", "ct-ci=1:1"];
+    assert!(raybudget(traced).refused().contains("--change ct-ci: it changes what is traced"));
     for file in ["sampling.txt", "sampling.csv", "work-precision-frame_time_ms.svg"] {
         assert!(out.join(file).exists(), "{file}");
     }
+}
+
+/// The ends of the interval of a ratio.
+fn ratio(variant: &Value, id: &str) -> [f64; 2] {
+    let ends = variant["ratios_ci95"][id].as_array().unwrap_or_else(|| panic!("{id} has no interval"));
+    [0, 1].map(|end| ends[end].as_f64().expect("a number"))
+}
+
+#[test]
+fn what_changes_do_is_sampled_together_and_known_better_than_the_frame() {
+    let dir = folder();
+    let trace = trace(dir.path());
+    let changes = ["--layout", "split", "--node-order", "breadth-first"];
+    let whatif = |options: &[&str]| {
+        let given = ["whatif", arg(&trace), "--format", "json"];
+        raybudget(given.iter().chain(&changes).chain(options)).json()
+    };
+    let variant = |whatif: &Value, label: &str| {
+        let all = whatif["variants"].as_array().expect("variants");
+        all.iter().find(|variant| variant["values"][0] == label).expect("the variant").clone()
+    };
+    let (exact, sampled) = (whatif(&[]), whatif(&["--sample", "25%", "--seed", "3"]));
+    crate::compare::validator().validate(&sampled).expect("a comparison as the schema has it");
+    assert!(variant(&exact, "layout split")["ratios_ci95"].is_null(), "whole frames need no intervals");
+    let first = variant(&sampled, "unchanged");
+    assert!(first["ratios_ci95"].is_null());
+    for (label, option) in
+        [("layout split", changes[..2].to_vec()), ("node-order breadth-first", changes[2..].to_vec())]
+    {
+        let of = |whatif: &Value, id: &str| {
+            figure(&variant(whatif, label)["report"], id)
+                / figure(&variant(whatif, "unchanged")["report"], id)
+        };
+        for id in ["frame_time_ms", "dram_read_bytes", "energy_mj"] {
+            let [low, high] = ratio(&variant(&sampled, label), id);
+            assert!((low..=high).contains(&of(&sampled, id)), "{label} {id}");
+            assert!(
+                (low..=high).contains(&of(&exact, id)),
+                "{label} {id}: {} not in {low}..{high}",
+                of(&exact, id)
+            );
+            let [own_low, own_high] = interval(&first["report"], id);
+            let own = (own_high - own_low) / figure(&first["report"], id);
+            assert!(high - low < 0.5 * own, "{label} {id}: {low}..{high} beside {own}");
+        }
+        assert_eq!(ratio(&variant(&sampled, label), "fragments"), [1.0, 1.0]);
+        let alone: Vec<&str> = option.into_iter().chain(["--sample", "25%", "--seed", "3"]).collect();
+        let [together, alone] = [variant(&sampled, label)["report"].clone(), replay(&trace, &alone)];
+        assert_eq!(together["counters"], alone["counters"], "{label}");
+    }
+
+    let within = whatif(&["--within", "frame_time_ms=1%"]);
+    for label in ["layout split", "node-order breadth-first"] {
+        let [low, high] = ratio(&variant(&within, label), "frame_time_ms");
+        assert!(high - low <= 0.02, "{label}: {low}..{high}");
+    }
+    let whole = whatif(&["--within", "0.001%"]);
+    assert!(whole["remarks"][0].as_str().is_some_and(|remark| remark.starts_with("Every tile was replayed")));
+    assert_eq!(
+        variant(&whole, "layout split")["report"]["counters"],
+        variant(&exact, "layout split")["report"]["counters"]
+    );
+}
+
+#[test]
+fn every_form_of_a_sampled_comparison_says_how_far_differences_may_be_off() {
+    let dir = folder();
+    let trace = trace(dir.path());
+    let sampled = ["whatif", arg(&trace), "--sample", "25%"];
+    let out = dir.path().join("out");
+    let ran = raybudget(sampled.iter().chain(&["-o", arg(&out)]));
+    assert!(
+        ran.stderr.contains("left out technique hybrid: the geometry is drawn bin by bin"),
+        "{}",
+        ran.stderr
+    );
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let text = ran.stdout;
+    assert!(
+        text.contains(" \u{b1}") && text.contains("intervals of 95 %, narrower than those of the"),
+        "{text}"
+    );
+    assert!(text.contains("technique compute") && !text.contains("hybrid"), "{text}");
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).expect("a file");
+    for name in ["whatif.md", "whatif.html"] {
+        assert!(read(name).contains(" \u{b1}"), "{name}");
+    }
+    let csv = read("whatif.csv");
+    let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let heading = rows.next().expect("a heading");
+    let place = |name: &str| heading.iter().position(|known| *known == name).expect("a column");
+    let time =
+        rows.find(|row| row[0] == "layout split" && row[place("id")] == "frame_time_ms").expect("a row");
+    let number = |name: &str| time[place(name)].parse::<f64>().expect("a number");
+    assert!(number("relative_low") < number("relative") && number("relative") < number("relative_high"));
+
+    let one = raybudget(sampled.iter().chain(&["--threads", "1"])).ok();
+    assert_eq!(one, raybudget(sampled.iter().chain(&["--threads", "3"])).ok());
+
+    let drawn = raybudget(sampled.iter().chain(&["--technique", "hybrid", "--format", "json"])).json();
+    assert!(drawn["remarks"][0].as_str().is_some_and(|remark| remark.contains("the geometry is drawn")));
+    let binned = raybudget(sampled.iter().chain(&["--binning", "sign"])).refused();
+    assert!(binned.contains("leave out --sample, --within and --time-limit"), "{binned}");
+    let seed = raybudget(["whatif", arg(&trace), "--seed", "3"]).refused();
+    assert!(seed.contains("--seed: it draws a sample"), "{seed}");
 }
