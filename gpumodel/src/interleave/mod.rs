@@ -28,7 +28,7 @@ use crate::engine::Finished;
 use crate::layout::{BufferKind, Places};
 use crate::random::fraction;
 use crate::replay::Maps;
-use crate::warp::{Run, TileStreams};
+use crate::warp::{PADDING, Run, TileStreams};
 use crate::windows::WindowLog;
 use cachesim::{Hierarchy, PathId, Served};
 use std::collections::VecDeque;
@@ -79,15 +79,19 @@ struct Waiting {
     least_cycles: f64,
 }
 
-/// What a slot of a core holds: a copy of the words of its warp, so that those of all resident warps lie close together.
+/// What a slot of a core holds: a copy of the words of its warp, so that those of all resident warps lie close together. All else of it
+/// lies in one line of the processor's cache.
 #[derive(Default)]
+#[repr(align(64))]
 struct Slot {
     /// With the padding of a stream.
     words: Vec<u32>,
     /// Words that are yet to issue: of the stream that the next turn is in, and of the other.
-    next: Range<usize>,
-    other: Range<usize>,
+    next: Range<u32>,
+    other: Range<u32>,
     number: u32,
+    /// The first of `next`, read while the words before it are at hand.
+    first: u32,
     /// Of the core's time that a turn takes at least.
     least_cycles: f64,
 }
@@ -95,6 +99,10 @@ struct Slot {
 impl Slot {
     fn is_free(&self) -> bool {
         self.next.is_empty()
+    }
+
+    fn look_ahead(&mut self) {
+        self.first = self.words.get(self.next.start as usize).copied().unwrap_or_default();
     }
 
     /// Takes the warp that has waited longest; false if there is none.
@@ -105,12 +113,15 @@ impl Slot {
         let mut words = std::mem::take(&mut self.words);
         words.clear();
         words.extend_from_slice(&streams.tree.words[tree]);
-        let tree = 0..words.len();
+        let end = |words: &[u32]| u32::try_from(words.len()).expect("a warp's words take less than 16 GiB");
+        let tree = 0..end(&words);
         words.extend_from_slice(streams.own.padded(own.clone()));
-        let own = tree.end..tree.end + own.len();
-        let own_leads = tree.is_empty() || (!own.is_empty() && Run::from_word(words[own.start]).begins());
+        let own = tree.end..end(&words) - PADDING as u32;
+        let own_leads =
+            tree.is_empty() || (!own.is_empty() && Run::from_word(words[own.start as usize]).begins());
         let (next, other) = if own_leads { (own, tree) } else { (tree, own) };
-        *self = Self { words, next, other, number, least_cycles };
+        *self = Self { words, next, other, number, first: 0, least_cycles };
+        self.look_ahead();
         true
     }
 }
@@ -142,8 +153,6 @@ pub(crate) struct Interleaver {
     shared_until: Vec<f64>,
     /// Per core, the place whose turn is next.
     next: Vec<usize>,
-    /// Per core, the first word of that turn: asked for here, it is at hand when the turn starts.
-    next_words: Vec<u32>,
     /// Per core, when that turn starts; infinite if it has no warp.
     starts: Vec<f64>,
     /// What a core does in a cycle: operations of its ALU, elementary functions, ray-box and ray-triangle tests.
@@ -191,7 +200,6 @@ impl Interleaver {
             copies: (0..cores).map(|core| core * copies / cores).collect(),
             shared_until: vec![0.0; copies],
             next: vec![0; cores],
-            next_words: vec![0; cores],
             starts: vec![f64::INFINITY; cores],
             rates: {
                 let of_unit = |rate: fn(&RayUnit) -> f64| gpu.ray_unit.as_ref().map_or(f64::INFINITY, rate);
@@ -216,9 +224,9 @@ impl Interleaver {
         &self.caches.lines_from_memory
     }
 
-    /// Lets the caches, those of the first core among them, see reads that no warp makes, at no time.
-    pub(crate) fn read(&mut self, reads: impl Iterator<Item = (Run, u32)>) {
-        for (run, line) in reads {
+    /// Lets the caches, those of the first core among them, see accesses of one line each that no warp makes, at no time.
+    pub(crate) fn touch(&mut self, accesses: impl Iterator<Item = (Run, u32)>) {
+        for (run, line) in accesses {
             self.caches.access(0, Resident::default(), run, &[line, 0, 0, 0]);
         }
         self.caches.forget_warps();
@@ -341,8 +349,6 @@ impl Interleaver {
     fn plan(&mut self, core: usize) {
         let place = self.ready.first(core);
         self.next[core] = place;
-        let Slot { words, next, .. } = &self.resident[place];
-        self.next_words[core] = words.get(next.start).copied().unwrap_or_default();
         self.starts[core] = self.busy_until[core].max(self.ready.at(place));
     }
 
@@ -378,24 +384,26 @@ impl Interleaver {
         }
         let before = sampled.then(|| self.caches.misses());
         let slot = &mut self.resident[place];
-        let Slot { words, next, other, number, least_cycles } = slot;
+        let Slot { words, next, other, number, first, least_cycles } = slot;
         let warp = Resident { place: place as u32, number: *number };
         let (mut lines, mut port_cycles) = (0, 0);
-        let mut word = self.next_words[core];
+        let mut word = *first;
         let last = loop {
             let run = Run::from_word(word);
-            self.caches.access(core as u32, warp, run, &words[next.start + 1..]);
+            self.caches.access(core as u32, warp, run, &words[next.start as usize + 1..]);
             lines += run.lines();
             port_cycles += run.port_cycles();
-            next.start += 1 + run.lines();
+            next.start += 1 + run.lines() as u32;
             if run.is_last() || Range::is_empty(next) {
                 break run;
             }
-            word = words[next.start];
+            word = words[next.start as usize];
         };
+        let least_cycles = *least_cycles;
         if last.crosses() || Range::is_empty(next) {
             std::mem::swap(next, other);
         }
+        slot.look_ahead();
         if let Some(before) = before {
             self.caches.sample(last, lines, before);
         }

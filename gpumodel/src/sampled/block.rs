@@ -24,6 +24,9 @@ pub(super) struct Counted {
     pub(super) window: Window,
     /// Of the lines that were read from memory during the stretch, those that a cache might have had if it had seen the whole frame.
     pub(super) uncertain_reads: u64,
+    /// Bytes that lines which were driven out during the stretch might have written to memory besides: what fills the caches before the
+    /// tiles that are run says little of which lines are dirty. As many for each line as there are dirty bytes in the caches at the end.
+    pub(super) uncertain_writes: u64,
     /// Lines that were read from memory during the stretch.
     pub(super) memory_reads: u64,
 }
@@ -88,21 +91,32 @@ pub(super) fn count<S: TileSource>(
         });
     }
     let last = tiles.end == source.header().frame.tiles();
-    let ended = blocks.into_iter().zip(variants).map(|(block, variant)| block.end(variant, last, from_start));
+    let seen = Seen { reads: from_start, writes: first == 0 };
+    let ended = blocks.into_iter().zip(variants).map(|(block, variant)| block.end(variant, last, seen));
     Ok(ended.collect())
+}
+
+/// Whether the caches have seen the frame from its start.
+#[derive(Clone, Copy)]
+struct Seen {
+    reads: bool,
+    writes: bool,
 }
 
 /// A block at work on one variant.
 struct Block {
     engine: Interleaver,
     counted: Counted,
+    /// Lines that came from memory before any tile was run.
+    filled: u64,
     /// At its begin.
     before: Sums,
 }
 
 impl Block {
-    fn new(engine: Interleaver) -> Self {
-        Self { engine, counted: Counted::default(), before: Sums::default() }
+    fn new(mut engine: Interleaver) -> Self {
+        let before = engine.end_stretch(Pass::Primary);
+        Self { engine, counted: Counted::default(), filled: before.memory_reads, before }
     }
 
     fn run(&mut self, streams: &TileStreams) {
@@ -124,9 +138,9 @@ impl Block {
         }
     }
 
-    /// It is the `last` of the frame, or another follows; its caches have seen the frame `from_start`, or only what came last.
-    fn end(self, variant: &Prepared<'_>, last: bool, from_start: bool) -> Counted {
-        let Self { mut engine, mut counted, before } = self;
+    /// It is the `last` of the frame, or another follows.
+    fn end(self, variant: &Prepared<'_>, last: bool, seen: Seen) -> Counted {
+        let Self { mut engine, mut counted, filled, before } = self;
         if last {
             engine.drain(Pass::Primary);
         } else {
@@ -134,6 +148,7 @@ impl Block {
         }
         let Sums { traffic, schedule, memory_reads } = engine.end_stretch(Pass::Primary);
         let Finished { flush, phases, .. } = engine.finish();
+        let dirty = flush.dram_write_bytes;
         // What is left at the end of another block is not written back there.
         counted.stretch.flush = if last { flush } else { BufferTraffic::default() };
         let of_before = usize::from(before.schedule.ticks > 0);
@@ -146,9 +161,15 @@ impl Block {
         counted.stretch.schedule = minus(schedule, before.schedule);
         counted.memory_reads = memory_reads - before.memory_reads;
         // Until a cache has been filled once, any line that is new to it might have been there.
-        if !from_start {
-            let lines = variant.last_cache_lines();
-            counted.uncertain_reads = memory_reads.min(lines) - before.memory_reads.min(lines);
+        let lines = variant.last_cache_lines();
+        let until_full =
+            |from: u64| (memory_reads - from).min(lines) - (before.memory_reads - from).min(lines);
+        if !seen.reads {
+            counted.uncertain_reads = until_full(0);
+        }
+        if !seen.writes {
+            counted.uncertain_writes =
+                (u128::from(until_full(filled)) * u128::from(dirty) / u128::from(lines.max(1))) as u64;
         }
         counted
     }

@@ -64,9 +64,6 @@ pub(super) fn expand(
 ) -> Expanded {
     let of_tiles = calibrate(blocks, blocks.of_tiles(), picks, weights);
     let of_stretches = calibrate(blocks, blocks.of_stretches(), picks, weights);
-    let certain_reads: u64 = counted.iter().map(|block| block.memory_reads - block.uncertain_reads).sum();
-    let written =
-        counted.iter().map(|block| block.stretch.written()).sum::<u64>() as f64 / certain_reads.max(1) as f64;
     let (mut issue, mut stretch) = (WeightedSum::new(), WeightedSum::new());
     let (mut turns, mut turns_in_windows) = (0.0, 0.0);
     let mut parts: Vec<(Window, f64)> = Vec::new();
@@ -75,7 +72,7 @@ pub(super) fn expand(
         match uncertain {
             Uncertain::Counted => {}
             Uncertain::Spared => spare(&mut counted),
-            Uncertain::Evicting => evict(&mut counted, written),
+            Uncertain::Evicting => evict(&mut counted),
         }
         issue.add(&mut counted.issue, of_tiles);
         stretch.add(&mut counted.stretch, of_stretch);
@@ -113,10 +110,9 @@ fn calibrate(blocks: &Blocks, known: &[Auxiliary], picks: &[Pick], weights: &[f6
     calibrated(all, &picks.iter().zip(weights).map(member).collect::<Vec<_>>())
 }
 
-/// In a warmer cache, lines that are read drive others out. Adds what that writes at most: as many dirty bytes for each line as where
-/// the caches were full.
-fn evict(Counted { stretch, window, uncertain_reads, .. }: &mut Counted, written: f64) {
-    let more = *uncertain_reads as f64 * written;
+/// In caches as the frame leaves them, lines that are read drive out others that may be dirty: adds what that might write.
+fn evict(Counted { stretch, window, uncertain_writes, .. }: &mut Counted) {
+    let more = *uncertain_writes as f64;
     let all = stretch.written() as f64;
     window.memory_bytes += more as u64;
     for pass in &mut stretch.traffic {

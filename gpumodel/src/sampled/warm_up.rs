@@ -1,7 +1,7 @@
 //! What the caches hold before a block.
 //!
-//! The tiles that are run before a block fill the cores, but few caches. So the caches first see what the tiles before those read, each
-//! line once, tile after tile, in no time (functional warming; Wunderlich et al. 2003): backwards from the block, as many tiles as fill
+//! The tiles that are run before a block fill the cores, but few caches. So the caches first see what the tiles before those read and
+//! what images they write, each line once, tile after tile, in no time (functional warming; Wunderlich et al. 2003): backwards from the block, as many tiles as fill
 //! the last cache. A recorded tile is looked through in a fraction of the time that its replay takes; one that would have to be traced is not.
 
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::prepared::Prepared;
 use crate::replay::refuse;
 use crate::warp::{Emitter, Run, TreeTurns};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use tracer::{DECIDED_BY_MICROMAP, NOT_CAST, Op, Step, Tile, TileSource, Topology, TraceHeader};
+use tracer::{DECIDED_BY_MICROMAP, NOT_CAST, Op, Step, Tile, TileRect, TileSource, Topology, TraceHeader};
 
 /// So many times as many tiles as are run before a block are looked through before these, at most.
 const MOST_TIMES: u32 = 16;
@@ -132,6 +132,7 @@ impl<'a, S: TileSource> WarmUp<'a, S> {
             return Ok(end == 0);
         }
         let first = end.saturating_sub(MOST_TIMES * block_tiles);
+        let frame = self.source.header().frame;
         let mut filling: Vec<Filling<'_>> = variants.iter().map(|variant| Filling::new(variant)).collect();
         let mut seen = Records::new(self.source.header(), self.source.topology());
         let mut from = end;
@@ -144,11 +145,13 @@ impl<'a, S: TileSource> WarmUp<'a, S> {
                 shaded: touched.shaded.iter().copied().filter(|&id| seen.shaded.insert(id)).collect(),
             };
             for filling in filling.iter_mut().filter(|filling| filling.has_room()) {
-                filling.add(&new).map_err(|problem| refuse(self.source.header(), problem))?;
+                filling
+                    .add(&new, from, frame.tile(from))
+                    .map_err(|problem| refuse(self.source.header(), problem))?;
             }
         }
         for (engine, filling) in engines.iter_mut().zip(filling) {
-            engine.read(filling.reads.into_iter().rev());
+            engine.touch(filling.accesses.into_iter().rev());
         }
         Ok(from == 0)
     }
@@ -160,7 +163,7 @@ struct Filling<'a> {
     emitter: Emitter,
     lines: Bits,
     /// The latest first.
-    reads: Vec<(Run, u32)>,
+    accesses: Vec<(Run, u32)>,
 }
 
 impl<'a> Filling<'a> {
@@ -168,23 +171,26 @@ impl<'a> Filling<'a> {
         let emitter = Emitter::new(TreeTurns::Joined);
         let buffers = &variant.program.buffers;
         let lines = Bits::below((buffers.end >> (buffers.tree.line_shift + VEC4_BYTES.ilog2())) + 1);
-        Self { variant, emitter, lines, reads: Vec::new() }
+        Self { variant, emitter, lines, accesses: Vec::new() }
     }
 
     fn has_room(&self) -> bool {
-        (self.reads.len() as u64) < self.variant.last_cache_lines()
+        (self.accesses.len() as u64) < self.variant.last_cache_lines()
     }
 
-    fn add(&mut self, touched: &Touched) -> Result<(), String> {
-        let stream = self.emitter.touch(&self.variant.program, &touched.steps, &touched.shaded)?;
+    /// Adds what tile `index` writes, and reads that later tiles do not.
+    fn add(&mut self, touched: &Touched, index: u32, rect: TileRect) -> Result<(), String> {
+        let Touched { steps, shaded } = touched;
+        let stream = self.emitter.touch(&self.variant.program, (steps, shaded), (index, rect))?;
         for (run, lines) in stream.runs() {
             // Texels have lines of another size.
-            let Some((pass, kind, _)) = Run::of_key(run.key()).filter(|of| of.1 != BufferKind::Attachment)
+            let Some((pass, kind, write)) =
+                Run::of_key(run.key()).filter(|of| of.1 != BufferKind::Attachment)
             else {
                 continue;
             };
             let new = lines.iter().copied().filter(|&line| self.lines.insert(line));
-            self.reads.extend(new.map(|line| (Run::new(pass, kind, false, 1, 1), line)));
+            self.accesses.extend(new.map(|line| (Run::new(pass, kind, write, 1, 1), line)));
         }
         Ok(())
     }

@@ -23,6 +23,12 @@ impl Levels {
         Self { tlas_nodes: levels.tlas_nodes, root_mask: 1, wide_from }
     }
 
+    /// Whether there is a TLAS.
+    #[inline(always)]
+    pub(crate) fn are_two(self) -> bool {
+        self.tlas_nodes > 0
+    }
+
     /// Whether the node is one of the TLAS.
     #[inline(always)]
     pub(crate) fn in_tlas(self, node: u32) -> bool {

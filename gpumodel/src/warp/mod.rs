@@ -17,4 +17,4 @@ pub(crate) use emit::Emitter;
 pub(crate) use program::Program;
 pub(crate) use seam::TreeTurns;
 pub(crate) use steps::{Stepper, Walk, WarpSteps};
-pub(crate) use stream::{Run, StreamWriter, TileStream, TileStreams, Turn};
+pub(crate) use stream::{PADDING, Run, StreamWriter, TileStream, TileStreams, Turn};

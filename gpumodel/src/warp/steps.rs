@@ -45,6 +45,12 @@ pub(crate) struct Tally {
     pub(crate) shaded_lanes: u64,
 }
 
+impl Tally {
+    fn all_lane_steps(&self) -> u64 {
+        self.lane_steps.iter().sum()
+    }
+}
+
 /// How the rays of a warp go through their steps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Walk {
@@ -217,16 +223,21 @@ impl Stepper {
         for (index, (set, &id)) in tile.ray_sets.iter().zip(ids).enumerate() {
             let start = warp.used;
             let source = id.source(ids).map(|source| tile.ray_sets[source].hits.as_slice());
-            let traced = || lanes().filter(|&(_, &ray)| is_traced(set, source, ray as usize));
-            let count = if wanted[index] { traced().count() } else { 0 };
+            // As a mask of lanes.
+            let traced = if wanted[index] {
+                let traced = lanes().filter(|&(_, &ray)| is_traced(set, source, ray as usize));
+                traced.fold(0_u64, |mask, (lane, _)| mask | 1 << lane)
+            } else {
+                0
+            };
+            let count = u64::from(traced.count_ones());
             let tally = &mut tally.sets[index];
-            let (trips, taken) = (tally.warp_trips, tally.warp_steps);
-            let mut lane_steps = 0;
+            let (trips, taken, lane_steps) = (tally.warp_trips, tally.warp_steps, tally.all_lane_steps());
             if count > 0 {
-                lane_steps = traced().map(|(_, &ray)| set.range(ray as usize).len() as u64).sum();
                 tally.warps += 1;
-                tally.rays += count as u64;
-                let ranges = traced().map(|(lane, &ray)| {
+                tally.rays += count;
+                let rays = || lanes().filter(|&(lane, _)| traced >> lane & 1 != 0);
+                let ranges = rays().map(|(lane, &ray)| {
                     let range = set.range(ray as usize);
                     (lane, range.start as u32, range.end as u32)
                 });
@@ -234,7 +245,7 @@ impl Stepper {
                 let mut body = Recorder { walk, words, used, distinct, tally: &mut *tally };
                 lockstep.run(walk.loops, &set.steps, ranges, &mut body)?;
                 if id.kind.query(header.shadow_query) == Query::Any {
-                    let answered = traced().filter(|&(_, &ray)| ends_in_any_hit(set, ray as usize));
+                    let answered = rays().filter(|&(_, &ray)| ends_in_any_hit(set, ray as usize));
                     tally.answered_rays += answered.count() as u64;
                 }
             }
@@ -252,7 +263,7 @@ impl Stepper {
             warp.sets.push(SetSteps {
                 words: start..warp.used,
                 traced: count > 0,
-                lane_slots: [steps.iter().sum::<u64>() * count as u64, lane_steps],
+                lane_slots: [steps.iter().sum::<u64>() * count, tally.all_lane_steps() - lane_steps],
                 trips: tally.warp_trips - trips,
                 taken: steps,
                 shaded: first_shaded..warp.shaded.len(),
@@ -389,7 +400,8 @@ impl Recorder<'_> {
                     met.fold(0, |all, (lanes, _)| all | lanes).count_ones()
                 };
                 let roots = if op == Op::Node { lanes_where(&|id| levels.is_alone(id)) } else { 0 };
-                let in_tlas = if op == Op::Node { lanes_where(&|id| levels.in_tlas(id)) } else { 0 };
+                let has_tlas = op == Op::Node && levels.are_two();
+                let in_tlas = if has_tlas { lanes_where(&|id| levels.in_tlas(id)) } else { 0 };
                 self.tally.tlas_steps.0 += u64::from(in_tlas > 0);
                 self.tally.tlas_steps.1 += u64::from(in_tlas);
                 self.tally.root_lanes += u64::from(roots);

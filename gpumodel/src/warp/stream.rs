@@ -49,7 +49,7 @@ pub(crate) struct TileStream {
 }
 
 /// Words at the end of a stream.
-const PADDING: usize = 4;
+pub(crate) const PADDING: usize = 4;
 
 /// What a warp does between two waits: it computes, then issues loads and stores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,22 +1,26 @@
-//! What is read, by no warp and at no time.
+//! What is read and written, by no warp and at no time.
 
 use super::super::stream::{Share, TileStream};
 use super::{Emitter, missing};
 use crate::counters::Pass;
+use crate::layout::BufferKind;
 use crate::warp::program::Program;
 use crate::warp::steps::WarpStep;
-use tracer::{DECIDED_BY_MICROMAP, Op, Step};
+use tracer::{DECIDED_BY_MICROMAP, Op, Step, TileRect};
+
+/// Lanes of a load or store, at most.
+const WARP: usize = 64;
 
 impl Emitter {
-    /// The lines of what these steps read, and the shading of these triangles.
+    /// The lines of what these steps and the shading of these triangles read, and of the image that tile `index` at `rect` writes.
     ///
     /// # Errors
     /// A sentence when a step names what does not exist.
     pub(crate) fn touch(
         &mut self,
         program: &Program,
-        steps: &[Step],
-        shaded: &[u32],
+        (steps, shaded): (&[Step], &[u32]),
+        (index, rect): (u32, TileRect),
     ) -> Result<TileStream, String> {
         let pass = Pass::Primary;
         for step in steps {
@@ -42,6 +46,12 @@ impl Emitter {
             part.locate(std::iter::once(triangle), |triangle| buffers.shading(triangle))
                 .map_err(|triangle| missing("triangle", triangle))?
                 .read_records(buffers.shading_kind, buffers.shading_reads, 1);
+        }
+        if program.writes_image {
+            let rays: Vec<u32> = (0..rect.width * rect.height).collect();
+            for rays in rays.chunks(WARP) {
+                self.pixels(program, Pass::Output, BufferKind::Image, rays, index, rect);
+            }
         }
         Ok(self.own.take())
     }
