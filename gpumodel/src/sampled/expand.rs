@@ -4,6 +4,7 @@ use super::block::{Counted, Stretch};
 use super::calibration::{Auxiliary, Member, calibrated};
 use super::design::{Blocks, Pick};
 use crate::counters::{FrameCounters, IssueCounters, Numbers, Pass};
+use crate::layout::BufferKind;
 use crate::windows::{PhaseWindows, Window};
 
 /// Whole numbers, times weights, added up.
@@ -112,13 +113,18 @@ fn calibrate(blocks: &Blocks, known: &[Auxiliary], picks: &[Pick], weights: &[f6
 
 /// In caches as the frame leaves them, lines that are read drive out others that may be dirty: adds what that might write.
 fn evict(Counted { stretch, window, uncertain_writes, .. }: &mut Counted) {
-    let more = *uncertain_writes as f64;
+    window.memory_bytes += *uncertain_writes;
     let all = stretch.written() as f64;
-    window.memory_bytes += more as u64;
+    if all == 0.0 {
+        // Stacks are what is written most.
+        let traversal = &mut stretch.traffic[Pass::Primary as usize];
+        traversal.of_mut(BufferKind::Stack).dram_write_bytes += *uncertain_writes;
+        return;
+    }
     for pass in &mut stretch.traffic {
         pass.each_buffer(|buffer| {
-            let share = buffer.dram_write_bytes as f64 / all.max(1.0);
-            buffer.dram_write_bytes += (more * share) as u64;
+            let share = buffer.dram_write_bytes as f64 / all;
+            buffer.dram_write_bytes += (*uncertain_writes as f64 * share) as u64;
         });
     }
 }
