@@ -144,7 +144,7 @@ fn ratio(variant: &Value, id: &str) -> [f64; 2] {
 fn what_changes_do_is_sampled_together_and_known_better_than_the_frame() {
     let dir = folder();
     let trace = trace(dir.path());
-    let changes = ["--layout", "split", "--node-order", "breadth-first"];
+    let changes = ["--node-records", "child-boxes", "--node-order", "breadth-first"];
     let whatif = |options: &[&str]| {
         let given = ["whatif", arg(&trace), "--format", "json"];
         raybudget(given.iter().chain(&changes).chain(options)).json()
@@ -155,12 +155,16 @@ fn what_changes_do_is_sampled_together_and_known_better_than_the_frame() {
     };
     let (exact, sampled) = (whatif(&[]), whatif(&["--sample", "25%", "--seed", "3"]));
     crate::compare::validator().validate(&sampled).expect("a comparison as the schema has it");
-    assert!(variant(&exact, "layout split")["ratios_ci95"].is_null(), "whole frames need no intervals");
+    assert!(
+        variant(&exact, "node-records child-boxes")["ratios_ci95"].is_null(),
+        "whole frames need no intervals"
+    );
     let first = variant(&sampled, "unchanged");
     assert!(first["ratios_ci95"].is_null());
-    for (label, option) in
-        [("layout split", changes[..2].to_vec()), ("node-order breadth-first", changes[2..].to_vec())]
-    {
+    for (label, option) in [
+        ("node-records child-boxes", changes[..2].to_vec()),
+        ("node-order breadth-first", changes[2..].to_vec()),
+    ] {
         let of = |whatif: &Value, id: &str| {
             figure(&variant(whatif, label)["report"], id)
                 / figure(&variant(whatif, "unchanged")["report"], id)
@@ -183,16 +187,16 @@ fn what_changes_do_is_sampled_together_and_known_better_than_the_frame() {
         assert_eq!(together["counters"], alone["counters"], "{label}");
     }
 
-    let within = whatif(&["--within", "frame_time_ms=1%"]);
-    for label in ["layout split", "node-order breadth-first"] {
+    let within = whatif(&["--within", "frame_time_ms=3%"]);
+    for label in ["node-records child-boxes", "node-order breadth-first"] {
         let [low, high] = ratio(&variant(&within, label), "frame_time_ms");
-        assert!(high - low <= 0.02, "{label}: {low}..{high}");
+        assert!(high - low <= 0.06, "{label}: {low}..{high}");
     }
     let whole = whatif(&["--within", "0.001%"]);
     assert!(whole["remarks"][0].as_str().is_some_and(|remark| remark.starts_with("Every tile was replayed")));
     assert_eq!(
-        variant(&whole, "layout split")["report"]["counters"],
-        variant(&exact, "layout split")["report"]["counters"]
+        variant(&whole, "node-records child-boxes")["report"]["counters"],
+        variant(&exact, "node-records child-boxes")["report"]["counters"]
     );
 }
 
@@ -209,7 +213,7 @@ fn every_form_of_a_sampled_comparison_says_how_far_differences_may_be_off() {
         ran.stderr
     );
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    let text = ran.stdout;
+    let text = ran.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(
         text.contains(" \u{b1}") && text.contains("intervals of 95 %, narrower than those of the"),
         "{text}"
@@ -223,13 +227,14 @@ fn every_form_of_a_sampled_comparison_says_how_far_differences_may_be_off() {
     let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let heading = rows.next().expect("a heading");
     let place = |name: &str| heading.iter().position(|known| *known == name).expect("a column");
-    let time =
-        rows.find(|row| row[0] == "layout split" && row[place("id")] == "frame_time_ms").expect("a row");
+    let time = rows
+        .find(|row| row[0] == "node-order breadth-first" && row[place("id")] == "frame_time_ms")
+        .expect("a row");
     let number = |name: &str| time[place(name)].parse::<f64>().expect("a number");
     assert!(number("relative_low") < number("relative") && number("relative") < number("relative_high"));
 
-    let one = raybudget(sampled.iter().chain(&["--threads", "1"])).ok();
-    assert_eq!(one, raybudget(sampled.iter().chain(&["--threads", "3"])).ok());
+    let on = |threads| raybudget(sampled.iter().chain(&["--threads", threads])).stdout;
+    assert!(on("1") == on("3") && on("1").contains("unchanged"));
 
     let drawn = raybudget(sampled.iter().chain(&["--technique", "hybrid", "--format", "json"])).json();
     assert!(drawn["remarks"][0].as_str().is_some_and(|remark| remark.contains("the geometry is drawn")));
