@@ -127,7 +127,6 @@ impl Slot {
 }
 
 /// What has happened since the start, after a stretch of time.
-#[derive(Default)]
 pub(crate) struct Sums {
     /// By [`Pass`].
     pub(crate) traffic: [TrafficCounters; Pass::COUNT],

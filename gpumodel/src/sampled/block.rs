@@ -65,8 +65,9 @@ fn minus<T: Numbers>(mut all: T, mut before: T) -> T {
     all
 }
 
-/// Replays the tiles of a block, for each of the variants that `workshop` makes tiles for, on warps and caches that the `block_tiles`
-/// tiles before it have filled, caches also by what came before. At the frame's start there is nothing before; at its end the cores run dry and dirty lines are written back.
+/// Replays the tiles of a block, for each of the variants that `workshop` makes tiles for, on warps that the `block_tiles` tiles before
+/// it have filled, and on caches that have seen these and what `warm_up` knows of before. At the frame's start there is nothing before; at
+/// its end the cores run dry and dirty lines are written back.
 pub(super) fn count<S: TileSource>(
     source: &S,
     variants: &[&Prepared<'_>],

@@ -9,8 +9,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 const CONFIDENCE: f64 = 0.95;
 
 /// Ratios of two replays that differ in the order of a few accesses differ by this part, at most: so far is the ratio of two samples from
-/// that of the frames, beyond what its replicates tell. It was 0.2 % in frame time at worst over changes of layout, order and technique, for Crytek Sponza on Adreno 540, 640 and
-/// Mali-G715 (`raybudget verify accuracy --samples`). Intervals of single counters are so much wider that it does not matter there.
+/// that of the frames, beyond what its replicates tell. It was 0.2 % in frame time at worst over changes of layout, order and technique,
+/// for Crytek Sponza on Adreno 540, 640 and Mali-G715. Intervals of single counters are so much wider that it does not matter there.
 const RATIO_NOISE: f64 = 0.002_5;
 
 /// What else a sample says of its frame: it tells how far off the frame may be.
