@@ -112,11 +112,13 @@ fn the_csv_has_a_row_for_each_variant_and_counter_and_keeps_every_digit() {
     );
     let records = records(&comparison);
     assert_eq!(records.len(), 4 * 5);
-    let fetches = ["cornell", "stack", "padded", "node_fetches", "fetches", "9007199254740993", "1", ""];
+    let fetches =
+        ["cornell", "stack", "padded", "node_fetches", "fetches", "9007199254740993", "1", "", "", ""];
     assert_eq!(records[2], fetches);
-    let time = ["crytek_sponza", "stack", "padded", "frame_time_ms", "ms", "15.3", "1.53", ""];
+    let time = ["crytek_sponza", "stack", "padded", "frame_time_ms", "ms", "15.3", "1.53", "", "", ""];
     assert_eq!(records[10], time);
-    let absent = ["cornell", "restart, trail", "padded", "dram_read_bytes", "B", "", "", "no memory | none"];
+    let absent =
+        ["cornell", "restart, trail", "padded", "dram_read_bytes", "B", "", "", "no memory | none", "", ""];
     assert_eq!(records[9], absent);
 }
 
