@@ -195,13 +195,15 @@ pub(crate) fn sampled_answer<S: TileSource>(
     meter: &Meter,
 ) -> anyhow::Result<Answer> {
     let machines = std::slice::from_ref(machine);
-    let sampled = sample(source, machines, plan, before, meter)?;
-    if let Some(reason) = sampled.whole {
-        let mut answer = answer(source, machine, maps, before, meter)?;
-        answer.report.notes.push(every_tile(&reason));
-        return Ok(answer);
-    }
-    let SampledVariant { mut answer, .. } = sampled.variants.into_iter().next().expect("of one machine");
+    let mut variants = match sample(source, machines, plan, before, meter)? {
+        Sample::Variants(variants) => variants,
+        Sample::Whole(reason) => {
+            let mut answer = answer(source, machine, maps, before, meter)?;
+            answer.report.notes.push(every_tile(&reason));
+            return Ok(answer);
+        }
+    };
+    let SampledVariant { mut answer, .. } = variants.remove(0);
     if maps == Maps::Kept {
         let why = "a sample has no figure for every pixel".to_owned();
         answer.report.left_out.push(LeftOut { what: "heat maps".to_owned(), why });
@@ -215,11 +217,11 @@ pub(crate) fn every_tile(reason: &str) -> String {
 }
 
 /// What came of sampling a frame on several machines.
-pub(crate) struct SampledVariants {
-    /// By machine; empty where a sample is of no use.
-    pub(crate) variants: Vec<SampledVariant>,
-    /// Why it is of none.
-    pub(crate) whole: Option<String>,
+pub(crate) enum Sample {
+    /// By machine.
+    Variants(Vec<SampledVariant>),
+    /// A sample is of no use, for this reason.
+    Whole(String),
 }
 
 /// A machine's frame from a sample.
@@ -236,8 +238,8 @@ pub(crate) fn sample<S: TileSource>(
     &Plan { ref goal, seed }: &Plan,
     before: &Before,
     meter: &Meter,
-) -> anyhow::Result<SampledVariants> {
-    let whole = |reason: String| Ok(SampledVariants { variants: Vec::new(), whole: Some(reason) });
+) -> anyhow::Result<Sample> {
+    let whole = |reason: String| Ok(Sample::Whole(reason));
     if let Some(reason) = machines.iter().find_map(|machine| gpumodel::unsampled(&machine.config.technique)) {
         return whole(reason.to_owned());
     }
@@ -283,10 +285,10 @@ pub(crate) fn sample<S: TileSource>(
     let mut variants: Vec<SampledVariant> = machines.iter().zip(&sampled).map(variant).collect();
     for (variant, of_variant) in variants.iter_mut().zip(&sampled).skip(1) {
         let ratios = of_variant.ratios_to(&sampled[0]).unwrap_or_default();
-        let finite = ratios.into_iter().filter(|(_, ends)| ends.iter().all(|end| end.is_finite()));
-        variant.ratios_ci95 = finite.map(|(id, ends)| (id.to_owned(), ends)).collect();
+        let finite = ratios.into_iter().filter(|(_, ratio)| ratio.ci95.iter().all(|end| end.is_finite()));
+        variant.ratios_ci95 = finite.map(|(id, ratio)| (id.to_owned(), ratio.ci95)).collect();
     }
-    Ok(SampledVariants { variants, whole: None })
+    Ok(Sample::Variants(variants))
 }
 
 fn frame_seconds(estimate: &Estimate) -> f64 {

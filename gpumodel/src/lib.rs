@@ -63,7 +63,7 @@ pub use layout::{
     BufferBytes, Field, NodeLayout, NodeOrder, NodeRecords, PrimitiveLayout, PrimitiveOrder, TriangleRecords,
 };
 pub use replay::{Fidelity, Maps, ReplayConfig, Replayed, replay, replay_all};
-pub use sampled::{Attempt, Goal, Intervals, Sampled, Sampler, unsampled};
+pub use sampled::{Attempt, Goal, Intervals, Ratio, Sampled, Sampler, unsampled};
 pub use timed::{MissRequest, TimedFrame, TimedPhase, WarpCycles};
 pub use tracer::{Choice, Feature};
 pub use windows::{PhaseWindows, Window};

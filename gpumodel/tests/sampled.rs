@@ -4,8 +4,8 @@ mod common;
 
 use common::Traced;
 use gpumodel::{
-    Attempt, Estimate, Goal, Maps, NodeOrder, PrimitiveLayout, ReplayConfig, Sampled, Sampler, estimate,
-    replay, replay_all, unsampled,
+    Attempt, Estimate, Goal, Maps, NodeOrder, PrimitiveLayout, Ratio, ReplayConfig, Sampled, Sampler,
+    estimate, replay, replay_all, unsampled,
 };
 use std::time::{Duration, Instant};
 use tracer::{FrameTracer, Rays, Tile, TileOutline, TileSource, Topology, TraceHeader, Traversal, View};
@@ -116,7 +116,7 @@ fn what_a_change_does_is_known_better_than_what_the_frame_costs() {
             for (variant, this) in sampled.iter().enumerate().skip(1) {
                 let ratios = this.ratios_to(&sampled[0]).expect("of the same blocks");
                 for (place, id) in ids.into_iter().enumerate() {
-                    let (_, [low, high]) =
+                    let (_, Ratio { ci95: [low, high], .. }) =
                         *ratios.iter().find(|(of, _)| *of == id).expect("it has an interval");
                     let found = number(this, id) / number(&sampled[0], id);
                     assert!((low..=high).contains(&found), "{id}: {found} not in {low}..{high}");
@@ -177,7 +177,7 @@ fn variants_that_fill_the_cores_alike_are_sampled_together_as_they_are_alone() {
         assert!(of_all.replayed.counters == alone.replayed.counters && of_all.intervals == alone.intervals);
     }
     let itself = together[1].ratios_to(&together[1]).expect("of the same blocks");
-    assert!(!itself.is_empty() && itself.iter().all(|&(_, ratio)| ratio == [1.0, 1.0]));
+    assert!(!itself.is_empty() && itself.iter().all(|&(_, ratio)| ratio.ci95 == [1.0, 1.0]));
     let elsewhere = sample(&sampler(&frame, &configs[0]), 0.3, 4);
     assert!(together[1].ratios_to(&elsewhere).is_none(), "of other blocks");
 }
@@ -194,7 +194,7 @@ fn changes_are_sampled_until_they_are_known() {
     };
     for this in &sampled[1..] {
         let ratios = this.ratios_to(&sampled[0]).expect("of the same blocks");
-        let (_, [low, high]) =
+        let (_, Ratio { ci95: [low, high], .. }) =
             ratios.into_iter().find(|(id, _)| *id == "frame_time_ms").expect("it has an interval");
         let found = number(this, "frame_time_ms") / number(&sampled[0], "frame_time_ms");
         assert!(high - found <= 0.02 && found - low <= 0.02, "{low} {found} {high}");

@@ -7,7 +7,7 @@ use crate::console;
 use crate::machine::Machine;
 use crate::meter::{Meter, timed};
 use crate::output::OutputFolder;
-use crate::report::{self, Before, SampledVariant, SampledVariants};
+use crate::report::{self, Before, Sample, SampledVariant};
 use crate::sample::Plan;
 use crate::settings::start_threads;
 use crate::vary::{Axis, Variation};
@@ -111,13 +111,12 @@ fn frames(
     (before, meter): (&Before, &Meter),
 ) -> anyhow::Result<Vec<Framed>> {
     if let Some(plan) = plan {
-        let SampledVariants { variants, whole } = report::sample(trace, machines, plan, before, meter)?;
-        match whole {
-            None => {
+        match report::sample(trace, machines, plan, before, meter)? {
+            Sample::Variants(variants) => {
                 let framed = |variant: SampledVariant| (variant.answer.report, variant.ratios_ci95);
                 return Ok(variants.into_iter().map(framed).collect());
             }
-            Some(reason) => remarks.push(report::every_tile(&reason)),
+            Sample::Whole(reason) => remarks.push(report::every_tile(&reason)),
         }
     }
     let answers = report::trace_answers(trace, machines, Maps::Dropped, before, meter)?;

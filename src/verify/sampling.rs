@@ -4,7 +4,7 @@ use super::accuracy::{Walk, for_each_trace, side_by_side};
 use crate::machine::Machine;
 use crate::meter::timed_on_thread;
 use anyhow::anyhow;
-use gpumodel::{Estimate, Maps, ReplayConfig, Sampled, Sampler, Value};
+use gpumodel::{Estimate, Maps, Ratio, ReplayConfig, Sampled, Sampler, Value};
 use reports::sampling::{self, Counter, Samples};
 use tracer::{TileSource, TraceFile};
 
@@ -79,8 +79,9 @@ fn figure(id: &str, sampled: &[Sampled]) -> Option<(f64, [f64; 2])> {
     match sampled {
         [alone] => number(id, &alone.estimate).zip(alone.intervals.of_frame(id)),
         [first, changed, ..] => {
-            let (_, interval) = changed.ratios_to(first)?.into_iter().find(|(of, _)| *of == id)?;
-            Some((number(id, &changed.estimate)? / number(id, &first.estimate)?, interval))
+            let (_, Ratio { value, ci95 }) =
+                changed.ratios_to(first)?.into_iter().find(|(of, _)| *of == id)?;
+            Some((value, ci95))
         }
         [] => None,
     }
@@ -98,11 +99,11 @@ fn of_part(exact: &[Estimate], tiles: u32, sampled: &[(Vec<Sampled>, f64)]) -> a
         let exact = match exact {
             [alone] => number(id, alone),
             [first, changed, ..] => {
-                number(id, changed).zip(number(id, first)).map(|(this, first)| this / first)
+                number(id, changed).zip(number(id, first)).and_then(|(this, first)| Ratio::of(this, first))
             }
             [] => None,
         };
-        let exact = exact.filter(|exact| exact.is_finite()).ok_or_else(missing)?;
+        let exact = exact.ok_or_else(missing)?;
         let (mut errors, mut margins, mut covered) = (Vec::new(), Vec::new(), 0);
         for (sampled, _) in sampled {
             let (found, [low, high]) = figure(id, sampled).ok_or_else(missing)?;

@@ -132,13 +132,7 @@ impl Sampled {
     /// How far the interval of what a counter is in terms of that of `first`, a sample of the same blocks, reaches from its value; 0 for
     /// a counter without such an interval.
     fn margin_of_change(&self, first: &Self, id: &str) -> f64 {
-        let number = |of: &Self| of.estimate.frame.get(id).and_then(|value| value.number());
-        let interval = self.ratios_to(first).and_then(|ratios| ratios.into_iter().find(|(of, _)| *of == id));
-        let (Some((_, [low, high])), Some(this), Some(first)) = (interval, number(self), number(first))
-        else {
-            return 0.0;
-        };
-        let ratio = if this == first { 1.0 } else { this / first };
-        (ratio - low).max(high - ratio)
+        let ratio = self.ratios_to(first).and_then(|ratios| ratios.into_iter().find(|(of, _)| *of == id));
+        ratio.map_or(0.0, |(_, ratio)| ratio.reach())
     }
 }

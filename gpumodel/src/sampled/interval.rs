@@ -13,6 +13,29 @@ const CONFIDENCE: f64 = 0.95;
 /// for Crytek Sponza on Adreno 540, 640 and Mali-G715. Intervals of single counters are so much wider that it does not matter there.
 const RATIO_NOISE: f64 = 0.002_5;
 
+/// How many times as large a counter is as that of another variant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    /// 1 where both are 0.
+    pub value: f64,
+    /// The ends of an interval of 95 %.
+    pub ci95: [f64; 2],
+}
+
+impl Ratio {
+    /// The ratio of two figures; `None` where only the second is 0.
+    pub fn of(this: f64, first: f64) -> Option<f64> {
+        let ratio = if this == first { 1.0 } else { this / first };
+        ratio.is_finite().then_some(ratio)
+    }
+
+    /// How far the interval reaches from the value.
+    pub fn reach(&self) -> f64 {
+        let [low, high] = self.ci95;
+        (self.value - low).max(high - self.value)
+    }
+}
+
 /// What else a sample says of its frame: it tells how far off the frame may be.
 pub(super) struct Basis {
     pub(super) picks: Vec<Pick>,
@@ -23,17 +46,15 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// Confidence intervals of 95 % of how many times as large each counter is as that of `first`, a sample of the same blocks: what
-    /// chance does to both of them cancels. `None` of other blocks.
-    pub(super) fn ratios(&self, first: &Self) -> Option<Vec<Option<[f64; 2]>>> {
+    /// How many times as large each counter is as that of `first`, a sample of the same blocks: what chance does to both of them cancels.
+    /// `None` of other blocks.
+    pub(super) fn ratios(&self, first: &Self) -> Option<Vec<Option<Ratio>>> {
         let alike = self.picks == first.picks && self.replicates.len() == first.replicates.len();
         alike.then(|| {
             let of_counter = |info: &CounterInfo| {
                 let ratio = |(this, first): (&CounterSet, &CounterSet)| {
                     let number = |set: &CounterSet| set.get(info.id).and_then(Value::number);
-                    let (this, first) = (number(this)?, number(first)?);
-                    let ratio = if this == first { 1.0 } else { this / first };
-                    ratio.is_finite().then_some(ratio)
+                    Ratio::of(number(this)?, number(first)?)
                 };
                 let all = |these: &[CounterSet], firsts: &[CounterSet]| -> Option<Vec<f64>> {
                     these.iter().zip(firsts).map(ratio).collect()
@@ -43,7 +64,7 @@ impl Basis {
                 let value = ratio((&self.whole, &first.whole))?;
                 let [low, high] = interval(value, &others, &replicates);
                 let more = if low < high { RATIO_NOISE * value } else { 0.0 };
-                Some([low - more, high + more])
+                Some(Ratio { value, ci95: [(low - more).max(0.0), high + more] })
             };
             COUNTERS.iter().map(of_counter).collect()
         })

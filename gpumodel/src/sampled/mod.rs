@@ -17,7 +17,7 @@ mod interval;
 mod warm_up;
 
 pub use goal::{Attempt, Goal};
-pub use interval::Intervals;
+pub use interval::{Intervals, Ratio};
 
 use crate::config::Technique;
 use crate::counters::{COUNTERS, FrameCounters, Pass};
@@ -237,9 +237,9 @@ impl Sampleable<'_> {
 }
 
 impl Sampled {
-    /// How many times as large the counters of the frame are as those of `first`, a sample of the same blocks: an interval of 95 % for
-    /// each, by its id; none where the first is 0 or one of the two is not there. `None` if the blocks are others.
-    pub fn ratios_to(&self, first: &Self) -> Option<Vec<(&'static str, [f64; 2])>> {
+    /// How many times as large the counters of the frame are as those of `first`, a sample of the same blocks, by id; none where only the
+    /// first is 0 or one of the two is not there. `None` if the blocks are others.
+    pub fn ratios_to(&self, first: &Self) -> Option<Vec<(&'static str, Ratio)>> {
         let ratios = self.basis.ratios(&first.basis)?;
         let named = COUNTERS.iter().zip(ratios).filter_map(|(info, ratio)| Some((info.id, ratio?)));
         Some(named.collect())

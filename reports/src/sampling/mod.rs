@@ -1,7 +1,8 @@
 //! Samples of frames held against their replays, and what samples say of a change against what replays say of it: errors, intervals
 //! and run times by the part that was replayed.
 //!
-//! An error is `sampled / replayed - 1`, of a figure or, for a change, of how many times as large it makes the figure. The 95th percentile of its magnitude is over the seeds of a frame and part.
+//! An error is `sampled / replayed - 1`, of a figure or, for a change, of how many times as large it makes the figure. The 95th
+//! percentile of its magnitude is over the seeds of a frame and part.
 
 mod charts;
 mod tables;
