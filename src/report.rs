@@ -11,7 +11,7 @@ use crate::sample::Plan;
 use crate::sustained::{self, Followed};
 use gpumodel::energy::FrameEnergy;
 use gpumodel::reflections::ReflectionMaps;
-use gpumodel::{Attempt, Estimate, Maps, PrimitiveOrder, RayScheduling, Replayed, Sampled, Sampler};
+use gpumodel::{Attempt, Estimate, Goal, Maps, PrimitiveOrder, RayScheduling, Replayed, Sampled, Sampler};
 use reports::lane_use::UnitOccupancy;
 use reports::vendor::{Profiler, VendorView};
 use reports::{
@@ -216,6 +216,10 @@ pub(crate) fn every_tile(reason: &str) -> String {
     format!("Every tile was replayed: {reason}.")
 }
 
+/// Of a sample that does not represent its frame.
+const UNSEEN: &str =
+    "the sample has not seen when most of the work is done, as some warps outlast hundreds of others";
+
 /// What came of sampling a frame on several machines.
 pub(crate) enum Sample {
     /// By machine.
@@ -259,6 +263,12 @@ pub(crate) fn sample<S: TileSource>(
             sampled
         }
     };
+    if !sampled.iter().all(Sampled::represents) {
+        if !matches!(goal, Goal::By(_)) {
+            return whole(UNSEEN.to_owned());
+        }
+        notes.push(format!("How far the figures are off is not known: {UNSEEN}."));
+    }
     let variant = |(machine, sampled): (&Machine, &Sampled)| {
         let Sampled { replayed, estimate, intervals, tiles, .. } = sampled;
         let part = (f64::from(*tiles) / f64::from(header.frame.tiles())).min(1.0);

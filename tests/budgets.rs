@@ -293,3 +293,70 @@ fn accepted_figures_are_a_baseline_that_can_be_reviewed() {
         broken.stderr
     );
 }
+
+#[test]
+fn a_sample_will_do_where_it_decides_and_all_tiles_are_replayed_where_it_does_not() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let budget = |rule: &str| format!("[[limit]]\ncounter = \"alu_operations\"\n{rule}\n");
+    let frame = ["atrium", "--size", "768x768", "--format", "csv"];
+    let sampling = [&frame[..], &["--sample", "25%", "--seed", "1"]].concat();
+    let operations = |ran: &Ran| -> u64 {
+        let row = ran.stdout.lines().nth(1).expect("a row");
+        row.split(',').nth(7).expect("a figure").parse().expect("a whole number")
+    };
+    let whole = check(dir.path(), &budget("hard = { max = 1 }"), &frame);
+    assert_eq!((whole.code, whole.stderr.as_str()), (Some(1), ""), "{}", whole.stdout);
+    let exact = operations(&whole);
+
+    let far = check(dir.path(), &budget("hard = { max = 1 }"), &sampling);
+    assert_eq!((far.code, far.stderr.as_str()), (Some(1), ""), "{}", far.stdout);
+    assert_ne!(operations(&far), exact, "it is of a sample");
+    let near = budget(&format!("hard = {{ max = {} }}", exact + 1));
+    let asked = check(dir.path(), &near, &sampling);
+    assert_eq!(asked.stdout, check(dir.path(), &near, &frame).stdout, "all tiles were replayed");
+    assert_eq!((asked.code, asked.stderr.as_str()), (Some(0), ""));
+    // What takes no samples is replayed as before.
+    for other in [
+        ["cornell", "--technique", "hybrid"],
+        ["chess", "--technique", "reflections-hybrid"],
+        ["cornell", "--fidelity", "timed"],
+    ] {
+        let frame = [&other[..], &["--size", "32x32"]].concat();
+        let sampling = [&frame[..], &["--sample", "6%"]].concat();
+        let [asked, whole] = [sampling, frame].map(|args| check(dir.path(), &near, &args));
+        assert_eq!((asked.code, &asked.stdout), (whole.code, &whole.stdout), "{}", asked.stderr);
+    }
+}
+
+#[test]
+fn what_a_finished_sample_leaves_open_is_told_and_it_is_no_baseline() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let report = dir.path().join("r.json");
+    let args = ["profile", "atrium", "--size", "768x768", "--sample", "25%", "--format", "json"];
+    let profile = raybudget().args(args).output().expect("the program starts");
+    std::fs::write(&report, &profile.stdout).expect("a file");
+    let text: serde_json::Value = serde_json::from_slice(&profile.stdout).expect("JSON");
+    let reads = text["counters"]["dram_read_bytes"]["value"].as_u64().expect("a count");
+    let report = report.to_str().expect("UTF-8");
+    let budget = format!("[[limit]]\ncounter = \"dram_read_bytes\"\nhard = {{ max = {reads} }}\n");
+    let open = check(dir.path(), &budget, &[report]);
+    assert_eq!(open.code, Some(0), "{}", open.stderr);
+    assert_eq!(
+        open.stderr,
+        "warning: atrium: the sample leaves open whether the limit on dram_read_bytes is kept; replay the whole frame\n"
+    );
+    let accepted = dir.path().join("accepted.toml");
+    let accepted = accepted.to_str().expect("UTF-8");
+    for (args, told) in [
+        (&[report, "--accept", accepted][..], "atrium: figures of a sample are no baseline"),
+        (&[report, "--sample", "6%"], "a finished report has no tiles to sample"),
+        (&["--sample", "6%", "--accept", accepted], "cannot be used with"),
+        (&["--seed", "6"], "--sample"),
+        (&["--sample", "200%"], "--sample 200%"),
+    ] {
+        let refused = check(dir.path(), &budget, args);
+        assert_eq!(refused.code, Some(2), "{args:?}: {}", refused.stdout);
+        assert!(refused.stderr.contains(told), "{args:?}: {}", refused.stderr);
+    }
+    assert!(!Path::new(accepted).exists());
+}

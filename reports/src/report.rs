@@ -294,6 +294,11 @@ pub struct Bound {
 }
 
 impl Report {
+    /// Whether its figures are of a sample of the frame.
+    pub fn is_sampled(&self) -> bool {
+        self.run.fidelity == Fidelity::Sampled
+    }
+
     /// The pass called `name`.
     pub fn pass(&self, name: &str) -> Option<&Pass> {
         self.passes.iter().find(|pass| pass.name == name)

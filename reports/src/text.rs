@@ -2,7 +2,7 @@
 //! frame and one for each pass; then
 //! the bounds, what was left out, what is an estimate, and what the run cost.
 
-use crate::counters::{Counter, Counters, Fidelity, Value};
+use crate::counters::{Counter, Counters, Value};
 use crate::report::{Bound, Buffer, Energy, EnergyCause, Forced, Inputs, Report, Run, TimePart};
 use crate::units;
 use crate::vendor::{Formula, Profiler, VendorCounter, VendorInfo, VendorPass, VendorView};
@@ -129,7 +129,7 @@ fn counters(out: &mut String, report: &Report, style: Style) {
     let groups = groups(report);
     let names = groups.iter().flat_map(|group| group.rows.iter().map(|row| row.name.chars().count()));
     // Only the figures of a sample may be off.
-    let margin_width = if report.run.fidelity == Fidelity::Sampled { MARGIN_WIDTH } else { 0 };
+    let margin_width = if report.is_sampled() { MARGIN_WIDTH } else { 0 };
     let name_width = names.max().unwrap_or(0).max(NAME_WIDTH - 4) + 4;
     for Group { title, rows } in groups {
         line!(out);
@@ -231,11 +231,20 @@ fn vendor_groups(view: &VendorView, profiler: &Profiler, ours: &Counters) -> Vec
 
 /// How far a counter of a sample may be off, as a part of it.
 pub(crate) fn margin(counter: &Counter) -> String {
-    let Some((value, [low, high])) = counter.value.as_f64().zip(counter.ci95) else {
-        return String::new();
-    };
-    if low == high {
-        return "exact".to_owned();
+    match counter.value.as_f64().zip(counter.ci95) {
+        None => String::new(),
+        Some((_, [low, high])) if low == high => "exact".to_owned(),
+        Some((value, interval)) => reach(value, interval),
+    }
+}
+
+/// How far an interval reaches from the value in it, as a part of that.
+pub(crate) fn reach(value: f64, [low, high]: [f64; 2]) -> String {
+    if !(low.is_finite() && high.is_finite()) {
+        return "± unknown".to_owned();
+    }
+    if value == 0.0 {
+        return format!("{} to {}", units::digits(low), units::digits(high));
     }
     let [below, above] = [1.0 - low / value, high / value - 1.0].map(|part| 100.0 * part);
     // What one decimal place cannot tell apart is one number, the larger.

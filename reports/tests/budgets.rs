@@ -5,14 +5,14 @@ use reports::budget::{Baseline, Budget, Checked, Outcome, Severity, csv_text, js
 use reports::{Report, json, text::Style};
 
 /// A report of three counters with figures and one without, in the frame and in one pass.
-fn report(frame_time: f64, fetches: u64) -> Report {
+fn report_text(frame_time: f64, fetches: u64) -> String {
     let counters = format!(
         r#"{{"frame_time_ms": {{"value": {frame_time:?}, "unit": "ms", "ci95": null, "from": "replay"}},
             "node_fetches": {{"value": {fetches}, "unit": "fetches", "ci95": null, "from": "replay"}},
             "energy_mj": {{"value": 2.5, "unit": "mJ", "ci95": null, "from": "replay"}},
             "restarts": {{"value": null, "unit": "restarts", "ci95": null, "from": "replay", "reason": "No trail."}}}}"#
     );
-    let text = format!(
+    format!(
         r#"{{"schema": 1, "tool": "raybudget 0.1.0", "left_out": [],
             "inputs": {{"scene": "s", "gpu": "g", "accel": "bvh", "traversal": "stack", "layout": "padded",
                 "technique": "fragment", "width": 1, "height": 1, "seed": null,
@@ -20,8 +20,11 @@ fn report(frame_time: f64, fetches: u64) -> Report {
                 "sah_costs": [3.0, 1.5], "short_stack": 0, "trail_bits": null}},
             "run": {{"wall_s": 0.0, "peak_rss_bytes": null, "fidelity": "replay", "sampled_fraction": 1.0, "threads": 1}},
             "counters": {counters}, "passes": [{{"name": "primary rays", "counters": {counters}}}]}}"#
-    );
-    json::read(&text, "made").expect("a report")
+    )
+}
+
+fn report(frame_time: f64, fetches: u64) -> Report {
+    json::read(&report_text(frame_time, fetches), "made").expect("a report")
 }
 
 fn limit(rules: &str) -> Budget {
@@ -42,6 +45,70 @@ fn outcome(rules: &str, fetches: u64, baseline: Option<u64>) -> Outcome {
     let baseline = baseline.map(|fetches| whole(report(1.0, fetches)));
     let checked = check(&limit(rules), &report(1.0, fetches), baseline.as_ref()).expect("a check");
     checked.frames[0].rows[0].outcome
+}
+
+/// A limit on the node fetches of a sample, held against 100 with this interval.
+fn sampled(rules: &str, ci95: &str, baseline: Option<u64>) -> Checked {
+    let text = report_text(1.0, 100).replace("\"replay\"", "\"sampled\"");
+    let mut raw: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    raw["counters"]["node_fetches"]["ci95"] = serde_json::from_str(ci95).expect("an interval");
+    let report = json::read(&raw.to_string(), "sampled").expect("a report");
+    let baseline = baseline.map(|fetches| whole(self::report(1.0, fetches)));
+    check(&limit(rules), &report, baseline.as_ref()).expect("a check")
+}
+
+#[test]
+fn a_sample_leaves_open_what_its_interval_does() {
+    for (rules, ci95, baseline, open) in [
+        ("max = 110", "[90, 110]", None, false),
+        ("max = 109", "[90, 110]", None, true),
+        ("max = 89", "[90, 110]", None, false),
+        ("max = 90", "[90, 110]", None, true),
+        ("min = 90", "[90, 110]", None, false),
+        ("min = 91", "[90, 110]", None, true),
+        ("max = 100", "[100, 100]", None, false),
+        // No interval is known, however far the limit is.
+        ("max = 1000000", "null", None, true),
+        ("max_increase = \"10 %\"", "[90, 110]", Some(100), false),
+        ("max_increase = \"9 %\"", "[90, 110]", Some(100), true),
+        ("min_decrease = 50", "[90, 110]", Some(160), false),
+        // Nothing is compared, so nothing is open.
+        ("max_increase = 0", "[90, 110]", None, false),
+    ] {
+        let checked = sampled(rules, ci95, baseline);
+        assert_eq!(checked.open().count(), usize::from(open), "{rules} {ci95}");
+        assert_eq!(checked.frames[0].is_decided(), !open, "{rules} {ci95}");
+    }
+}
+
+#[test]
+fn figures_of_a_sample_are_told_with_how_far_they_may_be_off() {
+    let checked = sampled("max = 105", "[90, 110]", None);
+    let told = text(&checked, Style::Plain);
+    assert!(told.contains(" 100 ± 10.0 % "), "{told}");
+    let of_json: serde_json::Value = serde_json::from_str(&json_text(&checked)).expect("JSON");
+    let row = &of_json["frames"][0]["rows"][0];
+    assert_eq!((&row["ci95"], &row["decided"]), (&serde_json::json!([90.0, 110.0]), &false.into()));
+    assert!(csv_text(&checked).lines().nth(1).is_some_and(|row| row.ends_with(",90,110")));
+
+    let unknown = sampled("max = 105", "null", None);
+    assert!(text(&unknown, Style::Plain).contains(" 100 ± unknown "));
+    assert!(json_text(&unknown).contains("\"ci95\": null"));
+    let exact = check(&limit("max = 105"), &report(1.0, 100), None).expect("a check");
+    assert!(!text(&exact, Style::Plain).contains('±'));
+    assert!(csv_text(&exact).lines().nth(1).is_some_and(|row| row.ends_with(",,,,,")));
+}
+
+#[test]
+fn the_seed_of_a_sample_makes_no_baseline_stale_and_a_sampled_one_is() {
+    let mut drawn = report(1.0, 100);
+    drawn.inputs.seed = Some(7);
+    let limit = limit("max_increase = 0");
+    let checked = check(&limit, &drawn, Some(&whole(report(1.0, 100)))).expect("a check");
+    assert_eq!(checked.stale(), [""; 0]);
+    drawn.run.fidelity = reports::Fidelity::Sampled;
+    let checked = check(&limit, &report(1.0, 100), Some(&whole(drawn))).expect("a check");
+    assert_eq!(checked.stale(), ["the baseline's figures are of a sample"]);
 }
 
 #[test]

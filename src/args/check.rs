@@ -19,6 +19,12 @@ pub(crate) struct CheckArgs {
     /// Write the figures of the counters that the budget limits into a file to review, for --baseline; nothing is compared meanwhile.
     #[arg(long, value_name = "BASELINE.toml", conflicts_with = "baseline")]
     pub(crate) accept: Option<PathBuf>,
+    /// Replay about this part of the tiles of each frame, such as 6%, and all of them only where that leaves open whether a limit is kept.
+    #[arg(long, value_name = "PART", conflicts_with = "accept")]
+    pub(crate) sample: Option<String>,
+    /// Draws another sample [default: 0].
+    #[arg(long, value_name = "N", requires = "sample")]
+    pub(crate) seed: Option<u64>,
     /// Also say of what each counter with a broken limit is made, and what of that changed most against the baseline.
     #[arg(long)]
     pub(crate) why: bool,

@@ -3,17 +3,18 @@
 use super::compare::check_there;
 use super::{is_report, read_report};
 use crate::Outcome;
-use crate::args::{CheckArgs, CheckFormat, DEFAULT_SCENE, FrameArgs, MachineArgs};
+use crate::args::{CheckArgs, CheckFormat, DEFAULT_SCENE, FrameArgs, MachineArgs, SampleArgs};
 use crate::console;
 use crate::frame::{Frame, LoadedScene};
 use crate::machine::Machine;
 use crate::meter::Meter;
 use crate::options::{Options, Request};
 use crate::output::{OutputFile, read_text};
-use crate::report::{self, Before};
+use crate::report::{self, Before, Sample};
+use crate::sample::Plan;
 use crate::settings::{FrameSettings, start_threads};
 use anyhow::{anyhow, bail};
-use gpumodel::Maps;
+use gpumodel::{Fidelity, Maps};
 use reports::Report;
 use reports::budget::{self, Accepted, Baseline, Budget, Severity};
 use std::path::Path;
@@ -22,14 +23,19 @@ pub(crate) fn run(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let budget_text = read_text(&args.budget, "a budget file (.toml)")?;
     let budget = Budget::parse(&budget_text, &args.budget.display().to_string())?;
     let before = args.baseline.as_deref().map(Earlier::read).transpose()?.flatten();
-    let subjects = subjects(args, &budget)?;
+    let subjects = subjects(args, &budget, meter)?;
     start_threads(args.run.threads)?;
     let accept = args.accept.as_deref().map(accepted_file).transpose()?;
-    let frames = subjects.reports(meter)?;
+    let count = subjects.count();
+    let decides = |name: &str, report: &Report| -> anyhow::Result<bool> {
+        let baseline = before.as_ref().map(|before| before.of(name, count)).transpose()?.flatten();
+        Ok(budget.check(name, report, baseline.as_ref())?.is_decided())
+    };
+    let frames = subjects.reports(&decides, meter)?;
     let mut accepted = Accepted::default();
     let mut checked = Vec::new();
     for (name, report) in &frames {
-        let baseline = before.as_ref().map(|before| before.of(name, &frames)).transpose()?.flatten();
+        let baseline = before.as_ref().map(|before| before.of(name, count)).transpose()?.flatten();
         let mut frame = budget.check(name, report, baseline.as_ref())?;
         if before.is_some() && baseline.is_none() {
             frame
@@ -42,10 +48,19 @@ pub(crate) fn run(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     let gone = before.iter().flat_map(|before| before.gone(&frames)).collect();
     let checked = budget.checked(checked, gone)?;
     if let Some(file) = accept {
+        if let Some((name, _)) = frames.iter().find(|(_, report)| report.is_sampled()) {
+            bail!("{name}: figures of a sample are no baseline; profile the whole frame");
+        }
         file.written(accepted.text().as_bytes())?.finish()?;
     }
     for difference in checked.stale() {
         console::warn(&format!("stale baseline: {difference}"));
+    }
+    for (frame, row) in checked.open() {
+        console::warn(&format!(
+            "{}: the sample leaves open whether the limit on {} is kept; replay the whole frame",
+            frame.name, row.limit.counter
+        ));
     }
     console::print(&match args.format {
         CheckFormat::Text => budget::text(&checked, console::style()),
@@ -85,17 +100,50 @@ struct Asked {
     scene: String,
     settings: FrameSettings,
     machine: Machine,
+    /// What is tried before all tiles are replayed.
+    sample: Option<Plan>,
 }
 
 impl Asked {
-    fn new(Request { scene, frame, machine }: Request) -> anyhow::Result<Self> {
+    fn new(
+        Request { scene, frame, machine }: Request,
+        sample: &SampleArgs,
+        meter: &Meter,
+    ) -> anyhow::Result<Self> {
         let settings = FrameSettings::new(&frame)?;
-        Ok(Self { scene, settings, machine: Machine::of_whole_frames(&machine)? })
+        let machine = Machine::of_whole_frames(&machine)?;
+        let config = &machine.config;
+        let takes_samples = config.technique.reflections.is_none() && config.fidelity == Fidelity::Replay;
+        let sample = if takes_samples { Plan::new(sample, &machine, meter)? } else { None };
+        Ok(Self { scene, settings, machine, sample })
+    }
+
+    /// The report of a sample if it `decides` on all limits of the frame, else of all tiles.
+    fn report(
+        &self,
+        scene: &LoadedScene,
+        decides: impl Fn(&Report) -> anyhow::Result<bool>,
+        meter: &Meter,
+    ) -> anyhow::Result<Report> {
+        let frame = Frame::build(scene, &self.settings)?;
+        let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
+        let machines = std::slice::from_ref(&self.machine);
+        if let Some(plan) = &self.sample {
+            let source = frame.tracer_for(machines);
+            if let Sample::Variants(mut variants) = report::sample(&source, machines, plan, &before, meter)? {
+                let report = variants.remove(0).answer.report;
+                if decides(&report)? {
+                    return Ok(report);
+                }
+            }
+        }
+        Ok(report::frame_answers(&frame, machines, Maps::Dropped, &before, meter)?.remove(0).report)
     }
 }
 
 /// What the command line or the budget asks for, checked before any work.
-fn subjects(args: &CheckArgs, budget: &Budget) -> anyhow::Result<Subjects> {
+fn subjects(args: &CheckArgs, budget: &Budget, meter: &Meter) -> anyhow::Result<Subjects> {
+    let sample = SampleArgs { sample: args.sample.clone(), seed: args.seed, ..SampleArgs::default() };
     let has_options = args.frame != FrameArgs::default() || args.machine != MachineArgs::default();
     if !budget.frames.is_empty() {
         if args.subject.is_some() || has_options {
@@ -104,7 +152,7 @@ fn subjects(args: &CheckArgs, budget: &Budget) -> anyhow::Result<Subjects> {
                 budget.file
             );
         }
-        return of_budget(budget).map(Subjects::Frames);
+        return of_budget(budget, &sample, meter).map(Subjects::Frames);
     }
     let subject = args.subject.as_deref().unwrap_or(DEFAULT_SCENE);
     let path = Path::new(subject);
@@ -115,19 +163,26 @@ fn subjects(args: &CheckArgs, budget: &Budget) -> anyhow::Result<Subjects> {
                 path.display()
             );
         }
+        if args.sample.is_some() {
+            bail!("{}: a finished report has no tiles to sample; leave out --sample", path.display());
+        }
         return read_report(path).map(|report| Subjects::Report(Box::new(report)));
     }
     let request =
         Request { scene: subject.to_owned(), frame: args.frame.clone(), machine: args.machine.clone() };
-    Ok(Subjects::Frames(vec![(None, Asked::new(request)?)]))
+    Ok(Subjects::Frames(vec![(None, Asked::new(request, &sample, meter)?)]))
 }
 
 /// The frames that the budget names.
-fn of_budget(budget: &Budget) -> anyhow::Result<Vec<(Option<String>, Asked)>> {
+fn of_budget(
+    budget: &Budget,
+    sample: &SampleArgs,
+    meter: &Meter,
+) -> anyhow::Result<Vec<(Option<String>, Asked)>> {
     let base = Options::read(&budget.base).map_err(|error| anyhow!("{}: base.{error}", budget.file))?;
     let frame = |frame: &budget::BudgetFrame| {
-        let asked =
-            Options::read(&frame.options).and_then(|options| Asked::new(base.with(&options).request()?));
+        let asked = Options::read(&frame.options)
+            .and_then(|options| Asked::new(base.with(&options).request()?, sample, meter));
         let asked = asked
             .map_err(|error| anyhow!("{}:{}: frame '{}': {error}", budget.file, frame.line, frame.name))?;
         Ok((Some(frame.name.clone()), asked))
@@ -136,8 +191,20 @@ fn of_budget(budget: &Budget) -> anyhow::Result<Vec<(Option<String>, Asked)>> {
 }
 
 impl Subjects {
-    /// The report of each, with its name; a scene is loaded once for all its frames.
-    fn reports(self, meter: &Meter) -> anyhow::Result<Vec<(String, Report)>> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Report(_) => 1,
+            Self::Frames(frames) => frames.len(),
+        }
+    }
+
+    /// The report of each, with its name; a scene is loaded once for all its frames. Of samples those will do that `decides`, of a
+    /// frame of that name, accepts.
+    fn reports(
+        self,
+        decides: &dyn Fn(&str, &Report) -> anyhow::Result<bool>,
+        meter: &Meter,
+    ) -> anyhow::Result<Vec<(String, Report)>> {
         let frames = match self {
             Self::Report(report) => return Ok(vec![(report.inputs.scene.clone(), *report)]),
             Self::Frames(frames) => frames,
@@ -152,13 +219,9 @@ impl Subjects {
             for (index, (name, asked)) in
                 frames.iter().enumerate().filter(|(_, (_, asked))| asked.scene == *spec)
             {
-                let frame = Frame::build(&scene, &asked.settings)?;
-                let before = Before { load_s: scene.load_s, build_s: Some(frame.build_s) };
-                let machines = std::slice::from_ref(&asked.machine);
-                let report =
-                    report::frame_answers(&frame, machines, Maps::Dropped, &before, meter)?.remove(0).report;
-                let name = name.clone().unwrap_or_else(|| report.inputs.scene.clone());
-                reports.push((index, name, report));
+                let called = |report: &Report| name.clone().unwrap_or_else(|| report.inputs.scene.clone());
+                let report = asked.report(&scene, |report| decides(&called(report), report), meter)?;
+                reports.push((index, called(&report), report));
             }
         }
         reports.sort_by_key(|&(index, ..)| index);
@@ -189,16 +252,15 @@ impl Earlier {
         Ok(Some(Self::Report(Box::new(read_report(path)?))))
     }
 
-    /// The baseline of a frame: the one of its name, or of a single frame the only one.
-    fn of(&self, name: &str, frames: &[(String, Report)]) -> anyhow::Result<Option<Baseline>> {
+    /// The baseline of a frame, of so many: the one of its name, or of a single frame the only one.
+    fn of(&self, name: &str, frames: usize) -> anyhow::Result<Option<Baseline>> {
         match self {
-            Self::Report(report) if frames.len() == 1 => Ok(Some(Baseline::Report(report.clone()))),
+            Self::Report(report) if frames == 1 => Ok(Some(Baseline::Report(report.clone()))),
             Self::Report(_) => bail!(
-                "a report is the baseline of one frame, and there are {}; give figures that were accepted (.toml)",
-                frames.len()
+                "a report is the baseline of one frame, and there are {frames}; give figures that were accepted (.toml)"
             ),
             Self::Accepted(accepted) => {
-                let only = if frames.len() == 1 { accepted.only() } else { None };
+                let only = if frames == 1 { accepted.only() } else { None };
                 let found = accepted.frame(name).or(only);
                 Ok(found.map(|frame| Baseline::Accepted(Box::new(frame.clone()))))
             }

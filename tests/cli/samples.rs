@@ -237,3 +237,23 @@ fn every_form_of_a_sampled_comparison_says_how_far_differences_may_be_off() {
     let seed = raybudget(["whatif", arg(&trace), "--seed", "3"]).refused();
     assert!(seed.contains("--seed: it draws a sample"), "{seed}");
 }
+
+#[test]
+fn a_sample_that_misses_when_the_work_is_done_is_not_believed() {
+    // Warps of an object before an empty background.
+    let figure = ["profile", "figure", "--size", "1024x1024", "--gpu", "mali-g78", "--format", "json"];
+    let run = |options: &[&str]| raybudget(figure.iter().chain(options)).json();
+    let part = run(&["--sample", "28%"]);
+    assert_eq!(part["run"]["fidelity"], "replay");
+    let unseen = "the sample has not seen when most of the work is done";
+    let told = |report: &Value| {
+        let notes = report["notes"].as_array().expect("notes").clone();
+        notes.iter().any(|note| note.as_str().is_some_and(|note| note.contains(unseen)))
+    };
+    assert!(told(&part), "{}", part["notes"]);
+    let hurried = run(&["--time-limit", "1ms"]);
+    assert_eq!(hurried["run"]["fidelity"], "sampled");
+    assert!(told(&hurried), "{}", hurried["notes"]);
+    assert_eq!(hurried["counters"]["dram_read_bytes"]["ci95"], Value::Null);
+    assert!(hurried["run"]["within"]["why"].is_string(), "{}", hurried["run"]);
+}

@@ -39,6 +39,8 @@ impl WeightedSum {
 pub(super) struct Expanded {
     pub(super) counters: FrameCounters,
     pub(super) phase: PhaseWindows,
+    /// Turns of the stretches of time, as a part of those of the tiles.
+    pub(super) seen: f64,
 }
 
 /// What becomes of reads that a warmer cache might have spared.
@@ -95,7 +97,8 @@ pub(super) fn expand(
         pass.issue = issue;
         pass.traffic = traffic;
     }
-    Expanded { counters, phase: PhaseWindows { first: Pass::Primary, windows } }
+    let seen = if turns > 0.0 { turns_in_windows / turns } else { 1.0 };
+    Expanded { counters, phase: PhaseWindows { first: Pass::Primary, windows }, seen }
 }
 
 /// Weights with which picks have what is known of all blocks.

@@ -39,6 +39,8 @@ impl Ratio {
 /// What else a sample says of its frame: it tells how far off the frame may be.
 pub(super) struct Basis {
     pub(super) picks: Vec<Pick>,
+    /// As [`Sampled::represents`](super::Sampled::represents).
+    pub(super) represents: bool,
     pub(super) whole: CounterSet,
     /// If warmer caches had done other things that they might.
     pub(super) others: Vec<CounterSet>,
@@ -62,7 +64,8 @@ impl Basis {
                 let others = all(&self.others, &first.others)?;
                 let replicates = all(&self.replicates, &first.replicates)?;
                 let value = ratio((&self.whole, &first.whole))?;
-                let [low, high] = interval(value, &others, &replicates);
+                let represents = self.represents && first.represents;
+                let [low, high] = if_known(interval(value, &others, &replicates), represents);
                 let more = if low < high { RATIO_NOISE * value } else { 0.0 };
                 Some(Ratio { value, ci95: [(low - more).max(0.0), high + more] })
             };
@@ -79,12 +82,18 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// `others` and `replicates` as of a [`Basis`].
-    pub(super) fn new(whole: &Estimate, others: &[Estimate], replicates: &[Estimate]) -> Self {
+    /// `others`, `replicates` and `represents` as of a [`Basis`].
+    pub(super) fn new(
+        whole: &Estimate,
+        others: &[Estimate],
+        replicates: &[Estimate],
+        represents: bool,
+    ) -> Self {
         let of = |counters: &dyn Fn(&Estimate) -> &CounterSet| {
             let all =
                 |estimates: &[Estimate]| estimates.iter().map(|of| counters(of).clone()).collect::<Vec<_>>();
-            intervals(counters(whole), &all(others), &all(replicates))
+            let known = intervals(counters(whole), &all(others), &all(replicates)).into_iter();
+            known.map(|ends| ends.map(|ends| if_known(ends, represents))).collect::<Vec<_>>()
         };
         let passes = whole.passes.iter().enumerate();
         let of_pass = |(place, pass): (usize, &PassEstimate)| {
@@ -118,6 +127,11 @@ fn intervals(whole: &CounterSet, others: &[CounterSet], replicates: &[CounterSet
         Some(interval(value.number()?, &numbers(others), &numbers(replicates)))
     };
     whole.iter().map(of_counter).collect()
+}
+
+/// What is exact stays so; of all else nothing is known from a sample that does not represent its frame.
+fn if_known([low, high]: [f64; 2], represents: bool) -> [f64; 2] {
+    if represents || low == high { [low, high] } else { [0.0, f64::INFINITY] }
 }
 
 /// Of a figure, the figures of other cache states, and those of the replicates.

@@ -19,13 +19,8 @@ pub fn annotations(checked: &Checked) -> String {
         };
         let limit = &row.limit;
         let of_frame = if checked.frames.len() > 1 { format!("{}: ", frame.name) } else { String::new() };
-        let mut message = format!(
-            "{of_frame}{} of the {} is {} {}",
-            limit.counter,
-            limit.place(),
-            figure(&row.value),
-            row.unit
-        );
+        let mut message =
+            format!("{of_frame}{} of the {} is {} {}", limit.counter, limit.place(), figure(row), row.unit);
         match row.outcome {
             Outcome::NotCompared => message.push_str(", and there is no baseline"),
             _ => write!(message, ", limit: {}", limit.rule.describe()).expect("a string takes every write"),

@@ -3,7 +3,7 @@
 use super::baseline::Baseline;
 use super::file::{Budget, Change, Limit, Rule, Selection};
 use super::why::{self, Why};
-use crate::counters::{Counters, Value};
+use crate::counters::{Counter, Counters, Fidelity, Value};
 use crate::error::Error;
 use crate::report::{Inputs, Report};
 use serde::Serialize;
@@ -37,6 +37,8 @@ pub struct Row {
     pub limit: Limit,
     /// The figure.
     pub value: Value,
+    /// Where it is of a sample and not exact: its interval of 95 %, endless where none is known.
+    pub interval: Option<[f64; 2]>,
     /// Its unit.
     pub unit: String,
     /// The baseline's figure, where there is a baseline that has it.
@@ -46,6 +48,12 @@ pub struct Row {
 }
 
 impl Row {
+    /// Whether all of the figure's interval fares as the figure does.
+    pub fn is_decided(&self) -> bool {
+        let fares = |end: f64| outcome(self.limit.rule, end, self.baseline) == self.outcome;
+        self.interval.is_none_or(|ends| ends.into_iter().all(fares))
+    }
+
     /// Figure minus baseline.
     pub fn change(&self) -> Option<f64> {
         Some(self.value.as_f64()? - self.baseline?)
@@ -88,6 +96,11 @@ pub struct Checked {
 }
 
 impl CheckedFrame {
+    /// Whether no limit is left open by a sample.
+    pub fn is_decided(&self) -> bool {
+        self.rows.iter().all(Row::is_decided)
+    }
+
     /// Adds why limits are broken.
     #[must_use]
     pub fn explained(self, report: &Report, baseline: Option<&Baseline>) -> Self {
@@ -103,6 +116,11 @@ impl CheckedFrame {
 }
 
 impl Checked {
+    /// Limits of which a sample leaves open whether they are kept, each with its frame.
+    pub fn open(&self) -> impl Iterator<Item = (&CheckedFrame, &Row)> {
+        self.rows().filter(|(_, row)| !row.is_decided())
+    }
+
     /// All rows, each with its frame.
     pub(super) fn rows(&self) -> impl Iterator<Item = (&CheckedFrame, &Row)> {
         self.frames.iter().flat_map(|frame| frame.rows.iter().map(move |row| (frame, row)))
@@ -218,18 +236,31 @@ impl Budget {
             );
         };
         let baseline = baseline.and_then(|baseline| baseline.figure(id, limit.pass.as_deref()));
-        let outcome = match limit.rule.holds(value, baseline) {
-            Some(true) => Outcome::Pass,
-            Some(false) => Outcome::Fail,
-            None => Outcome::NotCompared,
-        };
         Ok(Row {
             limit: limit.clone(),
             value: counter.value.clone(),
+            interval: interval(counter),
             unit: counter.unit.clone(),
             baseline,
-            outcome,
+            outcome: outcome(limit.rule, value, baseline),
         })
+    }
+}
+
+fn interval(counter: &Counter) -> Option<[f64; 2]> {
+    let ends = match (counter.from, counter.ci95) {
+        (Fidelity::Sampled, None) => [f64::NEG_INFINITY, f64::INFINITY],
+        (_, ends) => ends?,
+    };
+    (ends[0] < ends[1]).then_some(ends)
+}
+
+/// How a figure fares.
+fn outcome(rule: Rule, value: f64, baseline: Option<f64>) -> Outcome {
+    match rule.holds(value, baseline) {
+        Some(true) => Outcome::Pass,
+        Some(false) => Outcome::Fail,
+        None => Outcome::NotCompared,
     }
 }
 
@@ -285,7 +316,11 @@ fn differences(report: &Report, baseline: &Baseline) -> Vec<String> {
             report.tool
         ));
     }
-    for (key, value) in &ours {
+    if matches!(baseline, Baseline::Report(report) if report.is_sampled()) {
+        sentences.push("the baseline's figures are of a sample".to_owned());
+    }
+    // It draws a sample, and is no part of the frame.
+    for (key, value) in ours.iter().filter(|(key, _)| *key != "seed") {
         if let Some(other) = theirs.get(key).filter(|&other| other != value) {
             sentences.push(format!("inputs.{key} is {other} in the baseline and {value} here"));
         }

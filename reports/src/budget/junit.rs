@@ -67,7 +67,7 @@ fn suite(out: &mut String, frame: &CheckedFrame, stale_baseline: &[String], name
 /// What stands within a test.
 fn result(frame: &CheckedFrame, row: &Row) -> String {
     let limit = &row.limit;
-    let mut message = format!("{} {}, limit: {}", figure(&row.value), row.unit, limit.rule.describe());
+    let mut message = format!("{} {}, limit: {}", figure(row), row.unit, limit.rule.describe());
     let change = changed(row);
     if !change.is_empty() {
         write!(message, "; change {change}").expect("a string takes every write");

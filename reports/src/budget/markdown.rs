@@ -36,7 +36,7 @@ pub fn markdown(checked: &Checked) -> String {
                 cell(limit.place()),
                 limit.severity.name(),
                 limit.rule.describe(),
-                figure(&row.value),
+                figure(row),
                 cell(&row.unit),
                 changed(row)
             )

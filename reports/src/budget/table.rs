@@ -6,7 +6,7 @@ use super::why;
 use crate::columns::{Column, write_rows};
 use crate::counters::Value;
 use crate::csv_rows;
-use crate::text::Style;
+use crate::text::{Style, reach};
 use crate::units;
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
@@ -53,11 +53,16 @@ pub(super) fn verdict(row: &Row) -> &'static str {
     }
 }
 
-pub(super) fn figure(value: &Value) -> String {
-    match value {
+/// The figure, with how far it may be off where it is of a sample.
+pub(super) fn figure(Row { value, interval, .. }: &Row) -> String {
+    let number = match value {
         Value::Count(count) => count.to_string(),
         Value::Real(real) => units::digits(*real),
         Value::Absent { .. } => "absent".to_owned(),
+    };
+    match value.as_f64().zip(*interval) {
+        Some((value, interval)) => format!("{number} {}", reach(value, interval)),
+        None => number,
     }
 }
 
@@ -141,7 +146,7 @@ pub fn text(checked: &Checked, style: Style) -> String {
         Column::words(cells("limit", &|_, row| {
             format!("{} {}", row.limit.severity.name(), row.limit.rule.describe())
         })),
-        Column::figures(cells("value", &|_, row| figure(&row.value))),
+        Column::figures(cells("value", &|_, row| figure(row))),
         Column::words(cells("unit", &|_, row| row.unit.clone())),
         Column::words(cells("change", &|_, row| changed(row))),
     ]);
@@ -186,6 +191,8 @@ pub fn json_text(checked: &Checked) -> String {
             "limit": row.limit.rule.describe(),
             "line": row.limit.line,
             "value": value,
+            "ci95": row.interval.filter(|ends| ends.iter().all(|end| end.is_finite())),
+            "decided": row.is_decided(),
             "unit": row.unit,
             "baseline": row.baseline,
             "change": row.change(),
@@ -231,6 +238,8 @@ pub fn csv_text(checked: &Checked) -> String {
         "baseline",
         "change",
         "change_percent",
+        "low",
+        "high",
     ];
     let row = |(frame, row): (&CheckedFrame, &Row)| {
         let number = |number: Option<f64>| number.map(|number| number.to_string()).unwrap_or_default();
@@ -257,6 +266,8 @@ pub fn csv_text(checked: &Checked) -> String {
             number(row.baseline),
             number(row.change()),
             number(row.percent()),
+            number(row.interval.map(|[low, _]| low)),
+            number(row.interval.map(|[_, high]| high)),
         ]
     };
     csv_rows::text(heading, checked.rows().map(row))
