@@ -39,7 +39,9 @@ impl Machine {
     pub(crate) fn of_whole_frames(args: &MachineArgs) -> anyhow::Result<Self> {
         let machine = Self::new(args)?;
         if machine.sampled {
-            bail!("--fidelity {SAMPLED}: only profile, replay and whatif take samples; leave it out here");
+            bail!(
+                "--fidelity {SAMPLED}: only profile, replay and whatif take samples by it; leave it out here"
+            );
         }
         Ok(machine)
     }

@@ -4,7 +4,7 @@ use reports::Error;
 use reports::budget::{Baseline, Budget, Checked, Outcome, Severity, csv_text, json_text, text};
 use reports::{Report, json, text::Style};
 
-/// A report of three counters with figures and one without, in the frame and in one pass.
+/// The text of a report of three counters with figures and one without, in the frame and in one pass.
 fn report_text(frame_time: f64, fetches: u64) -> String {
     let counters = format!(
         r#"{{"frame_time_ms": {{"value": {frame_time:?}, "unit": "ms", "ci95": null, "from": "replay"}},

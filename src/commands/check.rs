@@ -27,15 +27,17 @@ pub(crate) fn run(args: &CheckArgs, meter: &Meter) -> anyhow::Result<Outcome> {
     start_threads(args.run.threads)?;
     let accept = args.accept.as_deref().map(accepted_file).transpose()?;
     let count = subjects.count();
+    let baseline_of = |name: &str| -> anyhow::Result<Option<Baseline>> {
+        Ok(before.as_ref().map(|before| before.of(name, count)).transpose()?.flatten())
+    };
     let decides = |name: &str, report: &Report| -> anyhow::Result<bool> {
-        let baseline = before.as_ref().map(|before| before.of(name, count)).transpose()?.flatten();
-        Ok(budget.check(name, report, baseline.as_ref())?.is_decided())
+        Ok(budget.check(name, report, baseline_of(name)?.as_ref())?.is_decided())
     };
     let frames = subjects.reports(&decides, meter)?;
     let mut accepted = Accepted::default();
     let mut checked = Vec::new();
     for (name, report) in &frames {
-        let baseline = before.as_ref().map(|before| before.of(name, count)).transpose()?.flatten();
+        let baseline = baseline_of(name)?;
         let mut frame = budget.check(name, report, baseline.as_ref())?;
         if before.is_some() && baseline.is_none() {
             frame

@@ -167,25 +167,25 @@ impl Sampleable<'_> {
         let header = source.header();
         let present = self.present(source)?;
         let weights = design::weights(picks);
-        let frame = |weights: &[f64], uncertain| -> Result<(Replayed, Estimate), Error> {
+        let frame = |weights: &[f64], uncertain| -> Result<(Replayed, Estimate, f64), Error> {
             let expanded = expand(blocks, picks, weights, counted, uncertain);
+            let seen = expanded.seen;
             let replayed = self.replayed(source, expanded, &present);
             let estimate = estimate(&replayed, header, source.topology(), prepared.config)?;
-            Ok((replayed, estimate))
+            Ok((replayed, estimate, seen))
         };
-        let seen = expand(blocks, picks, &weights, counted, Uncertain::Counted).seen;
         // A cache that holds all that there is would have had every line by then.
         let (likely, other) = if prepared.fits_last_cache() {
             (Uncertain::Spared, Uncertain::Counted)
         } else {
             (Uncertain::Counted, Uncertain::Spared)
         };
-        let (replayed, estimate) = frame(&weights, likely)?;
+        let (replayed, estimate, seen) = frame(&weights, likely)?;
         let others = [frame(&weights, other)?.1, frame(&weights, Uncertain::Evicting)?.1];
         let replicates = design::replicates(picks)
             .par_iter()
             .flatten_iter()
-            .map(|weights| frame(weights, likely).map(|(_, estimate)| estimate))
+            .map(|weights| frame(weights, likely).map(|(_, estimate, _)| estimate))
             .collect::<Result<Vec<_>, _>>()?;
         let represents = SEEN.contains(&seen);
         let intervals = Intervals::new(&estimate, &others, &replicates, represents);
